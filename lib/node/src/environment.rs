@@ -1,0 +1,133 @@
+//! What must be right around a node before it starts.
+
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// How long a node waits for the master: roslaunch starts both together.
+const MASTER_WAIT: Duration = Duration::from_secs(10);
+const MASTER_POLL: Duration = Duration::from_millis(200);
+
+/// What is wrong around the node, and the remedy.
+#[derive(Debug, Error, PartialEq)]
+pub enum EnvironmentError {
+    /// Neither ROS_IP nor ROS_HOSTNAME is set.
+    #[error(
+        "neither ROS_IP nor ROS_HOSTNAME is set, so that other computers would be told a name that \
+         they may not resolve; run `export ROS_IP=<address of this computer>` (127.0.0.1 if all \
+         nodes run here)"
+    )]
+    NoAddress,
+    /// ROS_IP is no address.
+    #[error(
+        "ROS_IP is '{0}', which is no IPv4 address; run `export ROS_IP=<address of this computer>`"
+    )]
+    BadAddress(String),
+    /// ROS_HOSTNAME does not resolve.
+    #[error("ROS_HOSTNAME is '{0}', which this computer cannot resolve; use ROS_IP instead")]
+    UnknownHost(String),
+    /// ROS_MASTER_URI is no URI of a master.
+    #[error("ROS_MASTER_URI is '{0}'; it must look like http://HOST:11311")]
+    BadMaster(String),
+    /// No master answers.
+    #[error("no ROS master answers at {0}; start roscore there or set ROS_MASTER_URI")]
+    NoMaster(String),
+}
+
+/// Checks the addresses in the environment and waits until the master accepts connections.
+///
+/// rosrust leaks threads with each start that finds no master, so it is asked only once there is one.
+pub fn check() -> Result<(), EnvironmentError> {
+    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let argument = |name: &str| std::env::args().any(|argument| argument.starts_with(name));
+    if !argument("__ip:=") && !argument("__hostname:=") {
+        check_address(
+            variable("ROS_IP").as_deref(),
+            variable("ROS_HOSTNAME").as_deref(),
+        )?;
+    }
+    let master = std::env::args()
+        .find_map(|argument| argument.strip_prefix("__master:=").map(str::to_owned))
+        .or_else(|| variable("ROS_MASTER_URI"))
+        .unwrap_or_else(|| "http://localhost:11311".into());
+    wait_for_master(&master, Instant::now() + MASTER_WAIT)
+}
+
+fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), EnvironmentError> {
+    match (hostname, ip) {
+        (Some(name), _) => match (name, 0).to_socket_addrs().map(|mut found| found.next()) {
+            Ok(Some(_)) => Ok(()),
+            _ => Err(EnvironmentError::UnknownHost(name.into())),
+        },
+        (None, Some(ip)) => ip
+            .parse::<std::net::Ipv4Addr>()
+            .map(|_| ())
+            .map_err(|_| EnvironmentError::BadAddress(ip.into())),
+        (None, None) => Err(EnvironmentError::NoAddress),
+    }
+}
+
+fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
+    let host = uri
+        .strip_prefix("http://")
+        .map(|rest| rest.trim_end_matches('/'))
+        .filter(|host| {
+            host.rsplit_once(':')
+                .is_some_and(|(_, port)| port.parse::<u16>().is_ok())
+        })
+        .ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
+    loop {
+        if TcpStream::connect(host).is_ok() {
+            return Ok(());
+        }
+        if Instant::now() > deadline {
+            return Err(EnvironmentError::NoMaster(uri.into()));
+        }
+        std::thread::sleep(MASTER_POLL);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_required() {
+        assert_eq!(check_address(None, None), Err(EnvironmentError::NoAddress));
+        assert_eq!(check_address(Some("127.0.0.1"), None), Ok(()));
+        assert_eq!(
+            check_address(Some("main"), None),
+            Err(EnvironmentError::BadAddress("main".into()))
+        );
+        assert_eq!(check_address(None, Some("localhost")), Ok(()));
+        let unknown = "no-such-host.invalid";
+        assert_eq!(
+            check_address(Some("127.0.0.1"), Some(unknown)),
+            Err(EnvironmentError::UnknownHost(unknown.into()))
+        );
+    }
+
+    #[test]
+    fn a_missing_master_is_named() {
+        let soon = Instant::now();
+        for bad in [
+            "localhost:11311",
+            "http://localhost",
+            "http://localhost:port",
+        ] {
+            assert_eq!(
+                wait_for_master(bad, soon),
+                Err(EnvironmentError::BadMaster(bad.into()))
+            );
+        }
+        // A port that was free a moment ago.
+        let port = std::net::TcpListener::bind("127.0.0.1:0")
+            .and_then(|listener| listener.local_addr())
+            .map_or(1, |address| address.port());
+        let uri = format!("http://127.0.0.1:{port}/");
+        assert_eq!(
+            wait_for_master(&uri, soon),
+            Err(EnvironmentError::NoMaster(uri))
+        );
+    }
+}

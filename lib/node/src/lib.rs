@@ -1,0 +1,42 @@
+//! The one place that touches rosrust: start-up, parameters, topics, services, time, TF, health and shutdown.
+//!
+//! A node's `main` calls [`run`] with a body that sets up its topics and waits for shutdown. What rosrust 0.9.12 does
+//! wrong is put right here, once:
+//!
+//! | rosrust | remedy |
+//! |---|---|
+//! | never redials a lost publisher | [`Subscriber`] redials when its topic is silent |
+//! | allocates any array length that arrives | [`bounded`] checks lengths first |
+//! | unregisters before it stops, blocks on the master | [`run`] lets the body stop motion first, and does not wait long |
+//! | registers with the master once | a watch registers again after the master was restarted |
+//! | latching unknown to rosbag | [`Latch::Yes`] repeats each second |
+//! | service calls wait for ever | [`Node::call`] has a deadline |
+//! | no notion of time going back | [`Clock::jumps`], and TF is forgotten |
+//! | address of the computer guessed | [`environment`] requires it |
+//! | a panic ends one callback in silence | the process aborts, roslaunch starts it again |
+//! | tickers replay missed ticks in a burst | use `tokio::time::interval` with `MissedTickBehavior::Skip` |
+
+pub mod bounded;
+pub mod environment;
+pub mod layout;
+pub mod transforms;
+
+mod clock;
+mod health;
+mod listener;
+mod logging;
+mod node;
+mod parameters;
+mod publisher;
+mod service;
+mod subscriber;
+mod supervisor;
+
+pub use clock::Clock;
+pub use health::{Health, Level};
+pub use listener::Transforms;
+pub use node::{Node, run};
+pub use parameters::ParameterError;
+pub use publisher::{Latch, Publisher};
+pub use service::{CallError, Server};
+pub use subscriber::{Expect, Subscriber};

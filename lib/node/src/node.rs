@@ -1,0 +1,257 @@
+//! A node from start to shutdown.
+
+use crate::clock::Clock;
+use crate::environment;
+use crate::health::Health;
+use crate::listener::Transforms;
+use crate::parameters::{self, ParameterError};
+use crate::publisher::{Latch, Publisher};
+use crate::service::{self, CallError, Server};
+use crate::subscriber::{Expect, Subscriber};
+use crate::supervisor::{self, Duties, Registry};
+use anyhow::Context;
+use msg::service::Service;
+use rosrust::Message;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fmt::Display;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
+
+/// How long a node takes at most to say goodbye to the master.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// This process as a ROS node. Clones share it; there is one in a process.
+#[derive(Clone)]
+pub struct Node {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    registry: Arc<Registry>,
+    clock: Arc<Clock>,
+    health: Health,
+    shutdown: watch::Sender<bool>,
+    /// Writes the parameters in force again.
+    restore: Arc<Mutex<Option<Box<dyn Fn() + Send>>>>,
+}
+
+/// Runs a node called `name`: starts it, runs `body` and says goodbye.
+///
+/// `body` sets up topics and services and then waits for [`Node::until_shutdown`]. When it returns, motion must have
+/// stopped: only then are the node's links taken down. An error of it is logged, and the process exits with 1.
+pub fn run<F, B>(name: &str, body: B) -> ExitCode
+where
+    F: Future<Output = anyhow::Result<()>>,
+    B: FnOnce(Node) -> F,
+{
+    crate::logging::install();
+    abort_on_panic();
+    let result = runtime().and_then(|runtime| {
+        let result = runtime.block_on(async { body(Node::start(name)?).await });
+        runtime.shutdown_timeout(Duration::from_millis(100));
+        result
+    });
+    if let Err(error) = &result {
+        log::error!("{name}: {error:#}");
+    }
+    farewell();
+    if result.is_ok() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+impl Node {
+    fn start(name: &str) -> anyhow::Result<Self> {
+        environment::check()?;
+        rosrust::try_init_with_options(name, false)
+            .map_err(|error| anyhow::anyhow!("cannot register with the ROS master: {error}"))?;
+        crate::logging::connect(&rosrust::name());
+        let registry = Arc::new(Registry::default());
+        let diagnostics = Health::new_publisher().map_err(ros_error)?;
+        registry.add(&diagnostics.tended());
+        let shared = Arc::new(Shared {
+            registry,
+            clock: Arc::new(Clock::new()),
+            health: Health::new(&rosrust::name(), diagnostics),
+            shutdown: watch::Sender::new(false),
+            restore: Arc::default(),
+        });
+        let restore = Arc::clone(&shared.restore);
+        supervisor::start(Duties {
+            registry: Arc::clone(&shared.registry),
+            clock: Arc::clone(&shared.clock),
+            health: shared.health.clone(),
+            restore: Box::new(move || {
+                let restore = restore.lock().unwrap_or_else(PoisonError::into_inner);
+                restore.iter().for_each(|restore| restore());
+            }),
+        })?;
+        let node = Self { shared };
+        node.watch_signals()?;
+        Ok(node)
+    }
+
+    fn watch_signals(&self) -> anyhow::Result<()> {
+        for kind in [
+            SignalKind::interrupt(),
+            SignalKind::terminate(),
+            SignalKind::hangup(),
+        ] {
+            let mut stream = signal(kind)?;
+            let shared = Arc::clone(&self.shared);
+            tokio::spawn(async move {
+                if stream.recv().await.is_some() {
+                    shared.shutdown.send_replace(true);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// Waits for SIGINT, SIGTERM, SIGHUP or the master's order to shut down.
+    pub async fn until_shutdown(&self) {
+        let mut shutdown = self.shared.shutdown.subscribe();
+        let ordered = async {
+            while rosrust::is_ok() {
+                tokio::time::sleep(Duration::from_millis(100)).await;
+            }
+        };
+        tokio::select! {
+            _ = shutdown.wait_for(|down| *down) => {}
+            () = ordered => {}
+        }
+    }
+
+    /// The private parameters, completed with the defaults of `P`.
+    ///
+    /// `P` must deny unknown fields; `validate` names what is out of range. Both stop the node with a message.
+    pub fn parameters<P, E>(
+        &self,
+        validate: impl Fn(&P) -> Result<(), E>,
+    ) -> Result<P, ParameterError>
+    where
+        P: DeserializeOwned + Serialize + Clone + Send + 'static,
+        E: Display,
+    {
+        let resolved: P = parameters::resolve(&rosrust::name(), parameters::read()?, validate)?;
+        parameters::write_back(&resolved);
+        let again = resolved.clone();
+        *self
+            .shared
+            .restore
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) =
+            Some(Box::new(move || parameters::write_back(&again)));
+        Ok(resolved)
+    }
+
+    /// Publishes on `topic`, keeping `queue` messages for slow subscribers.
+    pub fn publish<T: Message>(
+        &self,
+        topic: &str,
+        queue: usize,
+        latch: Latch,
+    ) -> anyhow::Result<Publisher<T>> {
+        let publisher = Publisher::new(topic, queue, latch)
+            .map_err(ros_error)
+            .with_context(|| format!("cannot publish on {topic}"))?;
+        self.shared.registry.add(&publisher.tended());
+        Ok(publisher)
+    }
+
+    /// Calls `callback` with each message on `topic`, one at a time, on a thread of its own.
+    pub fn subscribe<T: Message>(
+        &self,
+        topic: &str,
+        expect: Expect,
+        callback: impl Fn(T) + Send + Sync + 'static,
+    ) -> anyhow::Result<Subscriber> {
+        let subscriber = Subscriber::new(topic, expect, callback)
+            .map_err(ros_error)
+            .with_context(|| format!("cannot subscribe to {topic}"))?;
+        self.shared.registry.add(&subscriber.tended());
+        Ok(subscriber)
+    }
+
+    /// Offers the service `name`. `handler` runs on a thread for each call, several at once if called so.
+    pub fn serve<S: Service>(
+        &self,
+        name: &str,
+        handler: impl Fn(S::Request) -> Result<S::Response, String> + Send + Sync + 'static,
+    ) -> anyhow::Result<Server> {
+        let server = Server::new::<S>(name, handler)
+            .map_err(ros_error)
+            .with_context(|| format!("cannot offer the service {name}"))?;
+        self.shared.registry.add(&server.tended());
+        Ok(server)
+    }
+
+    /// Calls the service `name` and waits for the answer until `deadline` has passed.
+    pub async fn call<S: Service>(
+        &self,
+        name: &str,
+        request: S::Request,
+        deadline: Duration,
+    ) -> Result<S::Response, CallError> {
+        service::call::<S>(name, request, deadline).await
+    }
+
+    /// ROS time.
+    pub fn clock(&self) -> Arc<Clock> {
+        Arc::clone(&self.shared.clock)
+    }
+
+    /// What diagnostics say of this node.
+    pub fn health(&self) -> Health {
+        self.shared.health.clone()
+    }
+
+    /// Listens to /tf and /tf_static. Call it once; clone the result.
+    pub fn transforms(&self) -> anyhow::Result<Transforms> {
+        Transforms::listen(self)
+    }
+}
+
+fn runtime() -> anyhow::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .context("cannot start the runtime")
+}
+
+/// rosrust runs each callback on a thread that a panic would end silently, leaving a node that hears nothing. A process
+/// that is gone is started again by roslaunch.
+fn abort_on_panic() {
+    let report = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        report(info);
+        std::process::abort();
+    }));
+}
+
+/// Unregisters, but does not wait for a master that is out of reach.
+fn farewell() {
+    if !rosrust::is_initialized() {
+        return;
+    }
+    let (done, wait) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        rosrust::shutdown();
+        done.send(())
+    });
+    if wait.recv_timeout(FAREWELL).is_err() {
+        eprintln!("the ROS master does not answer; leaving without unregistering");
+    }
+}
+
+/// rosrust's errors are chains that anyhow cannot hold, since they are not `Sync`.
+fn ros_error(error: rosrust::error::Error) -> anyhow::Error {
+    anyhow::anyhow!("{error}")
+}

@@ -1,0 +1,117 @@
+//! Publishers that survive a restarted master, and whose latched messages also reach those who cannot know of latching.
+
+use crate::supervisor::Tended;
+use rosrust::Message;
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::time::{Duration, Instant};
+
+/// rosrust does not tell subscribers that a topic is latched, so that rosbag records it once and replays it never again.
+const REPEAT: Duration = Duration::from_secs(1);
+
+/// Whether late subscribers get the last message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Latch {
+    /// They wait for the next one.
+    No,
+    /// They get it at once, and everybody again each second: receivers must know repeated messages by their content.
+    Yes,
+}
+
+/// A topic that this node publishes. Clones share it.
+#[derive(Clone)]
+pub struct Publisher<T: Message> {
+    core: Arc<Core<T>>,
+}
+
+struct Core<T: Message> {
+    topic: String,
+    queue: usize,
+    latch: Latch,
+    link: RwLock<Option<rosrust::Publisher<T>>>,
+    last: Mutex<Option<(T, Instant)>>,
+}
+
+impl<T: Message> Publisher<T> {
+    pub(crate) fn new(topic: &str, queue: usize, latch: Latch) -> rosrust::error::Result<Self> {
+        let core = Core {
+            topic: topic.into(),
+            queue,
+            latch,
+            link: RwLock::new(None),
+            last: Mutex::new(None),
+        };
+        core.connect()?;
+        Ok(Self {
+            core: Arc::new(core),
+        })
+    }
+
+    pub(crate) fn tended(&self) -> Arc<dyn Tended> {
+        Arc::clone(&self.core) as Arc<dyn Tended>
+    }
+
+    /// Queues `message` for all subscribers.
+    pub fn send(&self, message: T) {
+        if self.core.latch == Latch::Yes {
+            let mut last = self
+                .core
+                .last
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            *last = Some((message.clone(), Instant::now()));
+        }
+        self.core.send(message);
+    }
+
+    /// Whether anybody listens. A subscriber that vanished counts until the next message to it fails.
+    pub fn is_subscribed(&self) -> bool {
+        self.core.is_subscribed()
+    }
+}
+
+impl<T: Message> Core<T> {
+    fn connect(&self) -> rosrust::error::Result<()> {
+        let mut link = self.link.write().unwrap_or_else(PoisonError::into_inner);
+        // The old handle must be gone first: its end unregisters the topic, whoever else holds it.
+        *link = None;
+        let mut fresh = rosrust::publish(&self.topic, self.queue)?;
+        fresh.set_latching(self.latch == Latch::Yes);
+        *link = Some(fresh);
+        Ok(())
+    }
+
+    fn send(&self, message: T) {
+        let link = self.link.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Err(error)) = link.as_ref().map(|link| link.send(message)) {
+            log::error!("cannot publish on {}: {error}", self.topic);
+        }
+    }
+
+    fn is_subscribed(&self) -> bool {
+        let link = self.link.read().unwrap_or_else(PoisonError::into_inner);
+        link.as_ref()
+            .is_some_and(|link| link.subscriber_count() > 0)
+    }
+}
+
+impl<T: Message> Tended for Core<T> {
+    fn tend(&self) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((message, sent)) = last.as_mut() else {
+            return;
+        };
+        if sent.elapsed() >= REPEAT && self.is_subscribed() {
+            *sent = Instant::now();
+            self.send(message.clone());
+        }
+    }
+
+    fn renew(&self) {
+        if let Err(error) = self.connect() {
+            log::error!(
+                "cannot register the publisher of {} again: {error}",
+                self.topic
+            );
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Subscribers that notice a dead link, by the age of what they heard, and dial again.
+
+use crate::bounded::Bounded;
+use crate::supervisor::{Report, Tended};
+use rosrust::Message;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The longest pause between two attempts to dial a silent publisher again.
+const REDIAL_MAX: Duration = Duration::from_secs(8);
+
+/// What a subscriber may expect of its topic.
+#[derive(Debug, Clone, Copy)]
+pub struct Expect {
+    /// Messages kept while the callback is busy; the oldest go first.
+    pub queue: usize,
+    /// A silence after which the link is taken for dead. Latched topics of this package are repeated each second, regular
+    /// ones come at their rate.
+    pub silence_max: Duration,
+}
+
+impl Expect {
+    /// State at a high rate, of which only the newest matters.
+    pub const STATE: Self = Self {
+        queue: 1,
+        silence_max: Duration::from_millis(1000),
+    };
+    /// Events of which each matters; latched by their publisher.
+    pub const EVENTS: Self = Self {
+        queue: 16,
+        silence_max: Duration::from_millis(3500),
+    };
+    /// Commands and streams that may be silent for good; dialled again now and then.
+    pub const SPORADIC: Self = Self {
+        queue: 64,
+        silence_max: Duration::from_secs(10),
+    };
+}
+
+/// A topic that this node reads, until dropped.
+#[derive(Clone)]
+pub struct Subscriber {
+    core: Arc<Core>,
+}
+
+type Connect = Box<dyn Fn() -> rosrust::error::Result<rosrust::Subscriber> + Send + Sync>;
+
+struct Core {
+    topic: String,
+    expect: Expect,
+    connect: Connect,
+    link: Mutex<Link>,
+    heard: Arc<Heard>,
+}
+
+struct Link {
+    handle: Option<rosrust::Subscriber>,
+    dialled: Instant,
+    pause: Duration,
+}
+
+struct Heard {
+    count: AtomicU64,
+    latest: Mutex<Option<Instant>>,
+}
+
+impl Subscriber {
+    pub(crate) fn new<T: Message>(
+        topic: &str,
+        expect: Expect,
+        callback: impl Fn(T) + Send + Sync + 'static,
+    ) -> rosrust::error::Result<Self> {
+        let heard = Arc::new(Heard {
+            count: AtomicU64::new(0),
+            latest: Mutex::new(None),
+        });
+        let callback = Arc::new(callback);
+        let connect: Connect = Box::new({
+            let (topic, heard) = (topic.to_owned(), Arc::clone(&heard));
+            move || {
+                let (heard, callback) = (Arc::clone(&heard), Arc::clone(&callback));
+                rosrust::subscribe(&topic, expect.queue, move |message: Bounded<T>| {
+                    heard.note();
+                    callback(message.0);
+                })
+            }
+        });
+        let link = Link {
+            handle: Some(connect()?),
+            dialled: Instant::now(),
+            pause: expect.silence_max,
+        };
+        let core = Core {
+            topic: topic.into(),
+            expect,
+            connect,
+            link: Mutex::new(link),
+            heard,
+        };
+        Ok(Self {
+            core: Arc::new(core),
+        })
+    }
+
+    pub(crate) fn tended(&self) -> Arc<dyn Tended> {
+        Arc::clone(&self.core) as Arc<dyn Tended>
+    }
+
+    /// How long nothing has come; `None` if nothing ever has.
+    pub fn age(&self) -> Option<Duration> {
+        self.core.heard.latest().map(|latest| latest.elapsed())
+    }
+}
+
+impl Heard {
+    fn note(&self) {
+        self.count.fetch_add(1, Ordering::Relaxed);
+        *self.latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
+    }
+
+    fn latest(&self) -> Option<Instant> {
+        *self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Core {
+    /// Drops the link and dials all publishers anew: rosrust never redials one that it believes to be connected.
+    fn redial(&self, link: &mut Link) {
+        link.handle = None;
+        link.dialled = Instant::now();
+        match (self.connect)() {
+            Ok(handle) => link.handle = Some(handle),
+            Err(error) => log::error!("cannot subscribe to {}: {error}", self.topic),
+        }
+    }
+}
+
+impl Tended for Core {
+    fn tend(&self) {
+        let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let latest = self.heard.latest();
+        let silent_since = latest.map_or(link.dialled, |latest| latest.max(link.dialled));
+        if latest.is_some_and(|latest| latest > link.dialled) {
+            link.pause = self.expect.silence_max;
+        }
+        if silent_since.elapsed() < link.pause {
+            return;
+        }
+        // Without a publisher there is nobody to dial; the master announces the next one.
+        if link
+            .handle
+            .as_ref()
+            .is_some_and(|handle| handle.publisher_count() == 0)
+        {
+            link.dialled = Instant::now();
+            return;
+        }
+        log::debug!("{} is silent; dialling again", self.topic);
+        link.pause = (link.pause * 2).min(REDIAL_MAX.max(self.expect.silence_max));
+        self.redial(&mut link);
+    }
+
+    fn renew(&self) {
+        self.redial(&mut self.link.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    fn report(&self) -> Option<Report> {
+        Some(Report {
+            topic: self.topic.clone(),
+            count: self.heard.count.load(Ordering::Relaxed),
+            age: self.heard.latest().map(|latest| latest.elapsed()),
+        })
+    }
+}

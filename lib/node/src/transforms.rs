@@ -1,0 +1,285 @@
+//! The transform tree (REP 105) of /tf and /tf_static, remembered for ten seconds.
+
+use nalgebra::Isometry3;
+use std::collections::{HashMap, VecDeque};
+use thiserror::Error;
+
+/// How long a moving transform is remembered.
+const MEMORY_NS: i64 = 10_000_000_000;
+
+/// A chain of frames longer than this is a loop.
+const DEPTH_MAX: usize = 100;
+
+/// Why a transform is not known.
+#[derive(Debug, Error, PartialEq)]
+pub enum TransformError {
+    /// The frame has never been heard of.
+    #[error("TF has no frame '{0}'; is robot_state_publisher (or camera_mount) running?")]
+    UnknownFrame(String),
+    /// The frames are in different trees.
+    #[error("TF does not connect '{target_frame}' with '{source_frame}'")]
+    Disconnected {
+        /// Frame wanted.
+        target_frame: String,
+        /// Frame given.
+        source_frame: String,
+    },
+    /// The moment lies before what is remembered.
+    #[error(
+        "TF of '{frame}' begins {late_s:.3} s after the stamp; are the computers' clocks in step?"
+    )]
+    TooOld {
+        /// Frame whose transform is missing.
+        frame: String,
+        /// Time from the stamp to the first sample.
+        late_s: f64,
+    },
+    /// The moment lies after what was heard.
+    #[error("TF of '{frame}' ends {early_s:.3} s before the stamp; is it still published?")]
+    NotYet {
+        /// Frame whose transform is missing.
+        frame: String,
+        /// Time from the last sample to the stamp.
+        early_s: f64,
+    },
+}
+
+/// Transforms by time. Frames are named without a leading slash.
+#[derive(Debug, Default)]
+pub struct TransformBuffer {
+    frames: HashMap<String, Frame>,
+}
+
+#[derive(Debug)]
+struct Frame {
+    parent: String,
+    fixed: bool,
+    /// Ascending stamps, nanoseconds.
+    samples: VecDeque<(i64, Isometry3<f64>)>,
+}
+
+impl TransformBuffer {
+    /// Adds parent_from_child at a stamp; `fixed` ones hold at all times.
+    pub fn insert(
+        &mut self,
+        parent: &str,
+        child: &str,
+        stamp_ns: i64,
+        parent_from_child: Isometry3<f64>,
+        fixed: bool,
+    ) {
+        let frame = self
+            .frames
+            .entry(bare(child).into())
+            .or_insert_with(|| Frame {
+                parent: String::new(),
+                fixed,
+                samples: VecDeque::new(),
+            });
+        if frame.parent != bare(parent) || frame.fixed != fixed || fixed {
+            frame.samples.clear();
+            frame.parent = bare(parent).into();
+            frame.fixed = fixed;
+        }
+        frame.insert(stamp_ns, parent_from_child);
+    }
+
+    /// Forgets everything that moves. What is fixed stays: it does not depend on time.
+    pub fn forget_motion(&mut self) {
+        self.frames.retain(|_, frame| frame.fixed);
+    }
+
+    /// target_from_source at a moment, interpolated between the samples around it.
+    pub fn lookup(
+        &self,
+        target: &str,
+        source: &str,
+        stamp_ns: i64,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        let (target_root, root_from_target) = self.climb(bare(target), stamp_ns)?;
+        let (source_root, root_from_source) = self.climb(bare(source), stamp_ns)?;
+        if target_root != source_root {
+            return Err(TransformError::Disconnected {
+                target_frame: bare(target).into(),
+                source_frame: bare(source).into(),
+            });
+        }
+        Ok(root_from_target.inverse() * root_from_source)
+    }
+
+    /// The root above `frame` and root_from_frame.
+    fn climb<'a>(
+        &'a self,
+        frame: &'a str,
+        stamp_ns: i64,
+    ) -> Result<(&'a str, Isometry3<f64>), TransformError> {
+        let known = |name: &str| {
+            self.frames.contains_key(name) || self.frames.values().any(|f| f.parent == name)
+        };
+        if !known(frame) {
+            return Err(TransformError::UnknownFrame(frame.into()));
+        }
+        let (mut name, mut root_from_frame) = (frame, Isometry3::identity());
+        for _ in 0..DEPTH_MAX {
+            let Some(link) = self.frames.get(name) else {
+                return Ok((name, root_from_frame));
+            };
+            root_from_frame = link.at(name, stamp_ns)? * root_from_frame;
+            name = &link.parent;
+        }
+        Err(TransformError::UnknownFrame(format!(
+            "{frame} (its parents form a loop)"
+        )))
+    }
+}
+
+impl Frame {
+    fn insert(&mut self, stamp_ns: i64, pose: Isometry3<f64>) {
+        let newest_ns = self.samples.back().map_or(i64::MIN, |sample| sample.0);
+        // Far before the newest: time went back, and what is here belongs to another past.
+        if stamp_ns < newest_ns.saturating_sub(MEMORY_NS / 2) {
+            self.samples.clear();
+        }
+        let place = self.samples.partition_point(|sample| sample.0 < stamp_ns);
+        match self.samples.get_mut(place) {
+            Some(sample) if sample.0 == stamp_ns => sample.1 = pose,
+            _ => self.samples.insert(place, (stamp_ns, pose)),
+        }
+        let newest_ns = self.samples.back().map_or(stamp_ns, |sample| sample.0);
+        while self
+            .samples
+            .front()
+            .is_some_and(|sample| sample.0 < newest_ns - MEMORY_NS)
+        {
+            self.samples.pop_front();
+        }
+    }
+
+    fn at(&self, name: &str, stamp_ns: i64) -> Result<Isometry3<f64>, TransformError> {
+        let seconds = |ns: i64| ns as f64 * 1e-9;
+        let place = self.samples.partition_point(|sample| sample.0 < stamp_ns);
+        let after = self.samples.get(place);
+        let before = place
+            .checked_sub(1)
+            .and_then(|place| self.samples.get(place));
+        match (before, after) {
+            (_, Some((stamp, pose))) if *stamp == stamp_ns || self.fixed => Ok(*pose),
+            (Some((_, pose)), _) if self.fixed => Ok(*pose),
+            (Some((t0, p0)), Some((t1, p1))) => {
+                let share = (stamp_ns - t0) as f64 / (t1 - t0) as f64;
+                // Opposite rotations have no shortest way between them; the nearer sample serves.
+                Ok(p0
+                    .try_lerp_slerp(p1, share, 1e-9)
+                    .unwrap_or(if share < 0.5 { *p0 } else { *p1 }))
+            }
+            (None, Some((first, _))) => Err(TransformError::TooOld {
+                frame: name.into(),
+                late_s: seconds(first - stamp_ns),
+            }),
+            (Some((last, _)), None) => Err(TransformError::NotYet {
+                frame: name.into(),
+                early_s: seconds(stamp_ns - last),
+            }),
+            (None, None) => Err(TransformError::UnknownFrame(name.into())),
+        }
+    }
+}
+
+/// tf2 names have no leading slash; tf1's had.
+fn bare(frame: &str) -> &str {
+    frame.trim_start_matches('/')
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use nalgebra::Vector3;
+
+    const S: i64 = 1_000_000_000;
+
+    fn turned(angle_rad: f64) -> Isometry3<f64> {
+        Isometry3::new(Vector3::new(0.1, 0.0, 0.0), Vector3::z() * angle_rad)
+    }
+
+    fn robot() -> TransformBuffer {
+        let mut buffer = TransformBuffer::default();
+        for i in 0..=10 {
+            buffer.insert("/base", "hand", i * S / 10, turned(0.1 * i as f64), false);
+        }
+        buffer.insert(
+            "base",
+            "head",
+            0,
+            Isometry3::translation(0.0, 0.0, 0.7),
+            true,
+        );
+        buffer.insert("head", "camera", 0, Isometry3::rotation(Vector3::x()), true);
+        buffer
+    }
+
+    #[test]
+    fn chains_are_followed_and_interpolated() {
+        let hand_from_camera = robot().lookup("hand", "/camera", S / 4).unwrap();
+        let expected = turned(0.25).inverse()
+            * Isometry3::translation(0.0, 0.0, 0.7)
+            * Isometry3::rotation(Vector3::x());
+        assert!(
+            (hand_from_camera.inverse() * expected)
+                .translation
+                .vector
+                .norm()
+                < 1e-9
+        );
+        assert!(hand_from_camera.rotation.angle_to(&expected.rotation) < 1e-9);
+        let back = robot().lookup("camera", "hand", S / 4).unwrap();
+        assert!((back * hand_from_camera).translation.vector.norm() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        let mut buffer = robot();
+        assert_eq!(
+            buffer.lookup("hand", "nose", 0),
+            Err(TransformError::UnknownFrame("nose".into()))
+        );
+        assert!(matches!(
+            buffer.lookup("hand", "base", -S),
+            Err(TransformError::TooOld { .. })
+        ));
+        assert!(matches!(
+            buffer.lookup("hand", "base", 2 * S),
+            Err(TransformError::NotYet { .. })
+        ));
+        buffer.insert("moon", "rock", 0, Isometry3::identity(), true);
+        assert!(matches!(
+            buffer.lookup("hand", "rock", 0),
+            Err(TransformError::Disconnected { .. })
+        ));
+        buffer.insert("rock", "moon", 0, Isometry3::identity(), true);
+        assert!(buffer.lookup("hand", "rock", 0).is_err(), "a loop ends");
+    }
+
+    #[test]
+    fn time_that_went_back_forgets_the_other_past() {
+        let mut buffer = robot();
+        buffer.insert("base", "hand", 100 * S, turned(0.0), false);
+        buffer.insert("base", "hand", S, turned(1.0), false);
+        assert!(buffer.lookup("base", "hand", 50 * S).is_err());
+        buffer.forget_motion();
+        assert!(
+            buffer.lookup("head", "camera", 77 * S).is_ok(),
+            "fixed transforms stay"
+        );
+        assert!(buffer.lookup("base", "hand", S).is_err());
+    }
+
+    #[test]
+    fn memory_is_bounded() {
+        let mut buffer = TransformBuffer::default();
+        for i in 0..5000 {
+            buffer.insert("base", "hand", i * S / 100, turned(0.0), false);
+        }
+        assert!(buffer.frames["hand"].samples.len() <= 1001);
+    }
+}

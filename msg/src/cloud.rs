@@ -1,0 +1,269 @@
+//! `sensor_msgs/PointCloud2` to and from points.
+//!
+//! What is written has the layout of realsense2_camera's cloud without texture: x, y, z as little-endian float32 at the
+//! offsets 0, 4 and 8, `point_step` 16, unordered. What is read may carry the three fields at any offset and in any order.
+
+use nalgebra::Point3;
+use rosrust_msg::sensor_msgs::{PointCloud2, PointField};
+use rosrust_msg::std_msgs::Header;
+use thiserror::Error;
+
+/// Bytes from one written point to the next: three floats and the padding that realsense2_camera leaves.
+const POINT_STEP: usize = 16;
+
+/// Why a cloud message cannot be read.
+#[derive(Debug, Error, PartialEq)]
+pub enum CloudError {
+    /// A coordinate is missing.
+    #[error("the cloud has no field '{0}' (it has: {1}); publish x, y and z as FLOAT32")]
+    MissingField(&'static str, String),
+    /// A coordinate is stored as something else than one float32.
+    #[error(
+        "field '{0}' of the cloud has datatype {1} and count {2}; FLOAT32 (7) and 1 are needed"
+    )]
+    FieldType(&'static str, u8, u32),
+    /// A coordinate would lie outside its point.
+    #[error(
+        "field '{field}' at offset {offset} does not fit into a point_step of {point_step} bytes"
+    )]
+    FieldOffset {
+        /// Name of the coordinate.
+        field: &'static str,
+        /// Its declared offset in bytes.
+        offset: u32,
+        /// The declared size of a point in bytes.
+        point_step: u32,
+    },
+    /// Width, height and steps disagree with the data.
+    #[error(
+        "a cloud of {width} x {height} points, {point_step} bytes each and {row_step} a row, does not fit {len} bytes of data"
+    )]
+    Size {
+        /// Points in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Bytes of a point.
+        point_step: u32,
+        /// Bytes of a row.
+        row_step: u32,
+        /// Bytes there are.
+        len: usize,
+    },
+    /// The data is big-endian.
+    #[error("the cloud is big-endian; publish it little-endian")]
+    BigEndian,
+}
+
+/// The points of a message and how many of its entries were none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Decoded {
+    /// Metres, in the frame of the message's header.
+    pub points: Vec<Point3<f32>>,
+    /// Entries that were not finite or (0, 0, 0), which ordered RealSense clouds use for "nothing seen".
+    pub invalid: usize,
+}
+
+/// Reads the points of `message`, in order.
+pub fn to_points(message: &PointCloud2) -> Result<Decoded, CloudError> {
+    if message.is_bigendian {
+        return Err(CloudError::BigEndian);
+    }
+    let offsets = [
+        field_offset(message, "x")?,
+        field_offset(message, "y")?,
+        field_offset(message, "z")?,
+    ];
+    check_size(message)?;
+    let (width, step) = (message.width as usize, message.point_step as usize);
+    let mut decoded = Decoded::default();
+    decoded.points.reserve(width * message.height as usize);
+    // A cloud without points may say that its rows have no bytes.
+    for row in message
+        .data
+        .chunks(message.row_step.max(1) as usize)
+        .take(message.height as usize)
+    {
+        for entry in row.chunks_exact(step).take(width) {
+            let [x, y, z] = offsets.map(|offset| float_at(entry, offset));
+            let valid =
+                x.is_finite() && y.is_finite() && z.is_finite() && (x, y, z) != (0.0, 0.0, 0.0);
+            if valid {
+                decoded.points.push(Point3::new(x, y, z));
+            } else {
+                decoded.invalid += 1;
+            }
+        }
+    }
+    Ok(decoded)
+}
+
+/// A message of `points`, metres in the frame of `header`.
+pub fn from_points(header: Header, points: &[Point3<f32>]) -> PointCloud2 {
+    let mut data = vec![0; points.len() * POINT_STEP];
+    for (entry, point) in data.chunks_exact_mut(POINT_STEP).zip(points) {
+        for (bytes, value) in entry.chunks_exact_mut(4).zip(point.iter()) {
+            bytes.copy_from_slice(&value.to_le_bytes());
+        }
+    }
+    PointCloud2 {
+        header,
+        height: 1,
+        width: points.len() as u32,
+        fields: ["x", "y", "z"]
+            .iter()
+            .zip([0, 4, 8])
+            .map(|(name, offset)| float_field(name, offset))
+            .collect(),
+        is_bigendian: false,
+        point_step: POINT_STEP as u32,
+        row_step: data.len() as u32,
+        data,
+        is_dense: true,
+    }
+}
+
+fn float_field(name: &str, offset: u32) -> PointField {
+    PointField {
+        name: name.into(),
+        offset,
+        datatype: PointField::FLOAT32,
+        count: 1,
+    }
+}
+
+fn float_at(entry: &[u8], offset: usize) -> f32 {
+    let mut bytes = [0; 4];
+    bytes.copy_from_slice(&entry[offset..offset + 4]);
+    f32::from_le_bytes(bytes)
+}
+
+fn field_offset(message: &PointCloud2, name: &'static str) -> Result<usize, CloudError> {
+    let field = message
+        .fields
+        .iter()
+        .find(|field| field.name == name)
+        .ok_or_else(|| {
+            let names: Vec<_> = message
+                .fields
+                .iter()
+                .map(|field| field.name.as_str())
+                .collect();
+            CloudError::MissingField(name, names.join(", "))
+        })?;
+    // Some publishers leave the count of a single value at 0.
+    if field.datatype != PointField::FLOAT32 || field.count > 1 {
+        return Err(CloudError::FieldType(name, field.datatype, field.count));
+    }
+    if u64::from(field.offset) + 4 > u64::from(message.point_step) {
+        return Err(CloudError::FieldOffset {
+            field: name,
+            offset: field.offset,
+            point_step: message.point_step,
+        });
+    }
+    Ok(field.offset as usize)
+}
+
+fn check_size(message: &PointCloud2) -> Result<(), CloudError> {
+    let PointCloud2 {
+        width,
+        height,
+        point_step,
+        row_step,
+        ..
+    } = *message;
+    let row_bytes = u64::from(width) * u64::from(point_step);
+    let all_bytes = u64::from(height) * u64::from(row_step);
+    if row_bytes > u64::from(row_step) || all_bytes > message.data.len() as u64 {
+        return Err(CloudError::Size {
+            width,
+            height,
+            point_step,
+            row_step,
+            len: message.data.len(),
+        });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn sample() -> PointCloud2 {
+        from_points(
+            Header::default(),
+            &[Point3::new(0.1, -0.2, 0.3), Point3::new(1.0, 2.0, 3.0)],
+        )
+    }
+
+    #[test]
+    fn written_points_are_read_back() {
+        let decoded = to_points(&sample()).unwrap();
+        assert_eq!(
+            decoded.points,
+            [Point3::new(0.1, -0.2, 0.3), Point3::new(1.0, 2.0, 3.0)]
+        );
+        assert_eq!(decoded.invalid, 0);
+    }
+
+    #[test]
+    fn invalid_entries_are_counted_not_kept() {
+        let points = [
+            Point3::origin(),
+            Point3::new(f32::NAN, 0.0, 1.0),
+            Point3::new(0.0, 0.0, 1.0),
+        ];
+        let decoded = to_points(&from_points(Header::default(), &points)).unwrap();
+        assert_eq!((decoded.points.len(), decoded.invalid), (1, 2));
+    }
+
+    #[test]
+    fn an_empty_cloud_is_no_error_here() {
+        assert!(
+            to_points(&from_points(Header::default(), &[]))
+                .unwrap()
+                .points
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn unexpected_layouts_are_refused_by_name() {
+        let mut cloud = sample();
+        cloud.fields.remove(2);
+        assert_eq!(
+            to_points(&cloud),
+            Err(CloudError::MissingField("z", "x, y".into()))
+        );
+        let mut cloud = sample();
+        cloud.fields[1].datatype = PointField::FLOAT64;
+        assert_eq!(
+            to_points(&cloud),
+            Err(CloudError::FieldType("y", PointField::FLOAT64, 1))
+        );
+        let mut cloud = sample();
+        cloud.fields[0].offset = u32::MAX;
+        assert!(matches!(
+            to_points(&cloud),
+            Err(CloudError::FieldOffset { field: "x", .. })
+        ));
+        let mut cloud = sample();
+        cloud.width = 1 << 30;
+        assert!(matches!(to_points(&cloud), Err(CloudError::Size { .. })));
+        let mut cloud = sample();
+        cloud.is_bigendian = true;
+        assert_eq!(to_points(&cloud), Err(CloudError::BigEndian));
+    }
+
+    #[test]
+    fn ordered_clouds_with_padded_rows_are_read() {
+        let mut cloud = sample();
+        cloud.height = 2;
+        cloud.width = 1;
+        cloud.row_step = 16;
+        assert_eq!(to_points(&cloud).unwrap().points.len(), 2);
+    }
+}

@@ -1,0 +1,15 @@
+//! The interface of the package: its ROS messages as Rust types, and their conversion to and from points, poses and times.
+//!
+//! `rosrust_msg` makes the types from the definitions beside this crate and from those that ROS installs
+//! (`.cargo/config.toml` says where); this crate names the ones in use.
+
+pub mod cloud;
+pub mod service;
+pub mod timing;
+pub mod transform;
+
+pub use rosrust::{Duration, Time};
+pub use rosrust_msg::{
+    baxter_core_msgs, deformable_cobot, diagnostic_msgs, geometry_msgs, sensor_msgs, std_msgs,
+    tf2_msgs,
+};
