@@ -1,11 +1,14 @@
-//! The transform tree (REP 105) of /tf and /tf_static, remembered for ten seconds.
+//! The transform tree (REP 105) of /tf and /tf_static, remembered for a minute.
 
 use nalgebra::Isometry3;
 use std::collections::{HashMap, VecDeque};
 use thiserror::Error;
 
-/// How long a moving transform is remembered.
-const MEMORY_NS: i64 = 10_000_000_000;
+/// How long a moving transform is remembered: longer than a scan of many views.
+const MEMORY_NS: i64 = 60_000_000_000;
+
+/// A stamp so far before the newest one belongs to another past.
+const JUMP_NS: i64 = 1_000_000_000;
 
 /// A chain of frames longer than this is a loop.
 const DEPTH_MAX: usize = 100;
@@ -136,8 +139,7 @@ impl TransformBuffer {
 impl Frame {
     fn insert(&mut self, stamp_ns: i64, pose: Isometry3<f64>) {
         let newest_ns = self.samples.back().map_or(i64::MIN, |sample| sample.0);
-        // Far before the newest: time went back, and what is here belongs to another past.
-        if stamp_ns < newest_ns.saturating_sub(MEMORY_NS / 2) {
+        if stamp_ns < newest_ns.saturating_sub(JUMP_NS) {
             self.samples.clear();
         }
         let place = self.samples.partition_point(|sample| sample.0 < stamp_ns);
@@ -277,9 +279,9 @@ mod tests {
     #[test]
     fn memory_is_bounded() {
         let mut buffer = TransformBuffer::default();
-        for i in 0..5000 {
+        for i in 0..10_000 {
             buffer.insert("base", "hand", i * S / 100, turned(0.0), false);
         }
-        assert!(buffer.frames["hand"].samples.len() <= 1001);
+        assert!(buffer.frames["hand"].samples.len() <= 6001);
     }
 }

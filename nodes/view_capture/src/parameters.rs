@@ -1,0 +1,188 @@
+//! Parameters of the node.
+
+use crate::sweep::SweepRules;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Who turns the wrist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// This node asks `rotate_wrist` for each angle.
+    Active,
+    /// Somebody else does, or a recording; this node watches the joint states.
+    Passive,
+}
+
+/// What `~` may hold.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Who turns the wrist: active or passive.
+    pub mode: Mode,
+    /// The joint that turns the hand about its own axis.
+    pub joint: String,
+    /// TF frame of the hand.
+    pub hand_frame: String,
+    /// Whether TF knows where the camera is from the hand; without it views carry no pose.
+    pub use_tf: bool,
+    /// Views of a scan unless the caller says otherwise.
+    pub view_count: u32,
+    /// Wrist angle in the middle of the views, rad.
+    pub centre_angle_rad: f64,
+    /// Wrist turn between views, rad; smaller where the range is not enough.
+    pub view_step_rad: f64,
+    /// Smallest wrist angle, rad.
+    pub angle_min_rad: f64,
+    /// Largest wrist angle, rad.
+    pub angle_max_rad: f64,
+    /// Time for one turn of the wrist, s.
+    pub motion_deadline_s: f64,
+    /// Time for a cloud to come after the wrist is at rest, s.
+    pub frame_deadline_s: f64,
+    /// Time for TF to reach the stamp of a cloud, s.
+    pub transform_deadline_s: f64,
+    /// Time for the answer after the last view, s.
+    pub answer_deadline_s: f64,
+    /// Wrist motion that still counts as rest, rad (passive mode).
+    pub rest_tolerance_rad: f64,
+    /// Rest before a view is taken, s (passive mode).
+    pub rest_dwell_s: f64,
+    /// Least turn from one view to the next, rad (passive mode).
+    pub separation_rad: f64,
+    /// Whether one scan is made as soon as clouds arrive (active mode).
+    pub scan_at_start: bool,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Active,
+            joint: "left_w2".into(),
+            hand_frame: "left_hand".into(),
+            use_tf: true,
+            view_count: 3,
+            centre_angle_rad: 0.0,
+            view_step_rad: 0.6,
+            angle_min_rad: -3.0,
+            angle_max_rad: 3.0,
+            motion_deadline_s: 15.0,
+            frame_deadline_s: 2.0,
+            transform_deadline_s: 1.0,
+            answer_deadline_s: 5.0,
+            rest_tolerance_rad: 0.01,
+            rest_dwell_s: 0.25,
+            separation_rad: 0.1,
+            scan_at_start: false,
+        }
+    }
+}
+
+/// A parameter out of its range.
+#[derive(Debug, Error, PartialEq)]
+#[error("{name} is {value}; it must be {allowed}")]
+pub struct ParameterError {
+    name: &'static str,
+    value: f64,
+    allowed: &'static str,
+}
+
+impl Parameters {
+    /// Names the first parameter that is out of range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let check = |name, value: f64, fine: bool, allowed| {
+            if fine {
+                Ok(())
+            } else {
+                Err(ParameterError {
+                    name,
+                    value,
+                    allowed,
+                })
+            }
+        };
+        let count = f64::from(self.view_count);
+        check(
+            "view_count",
+            count,
+            (1..=64).contains(&self.view_count),
+            "1 to 64",
+        )?;
+        let (centre, min, max) = (
+            self.centre_angle_rad,
+            self.angle_min_rad,
+            self.angle_max_rad,
+        );
+        check("angle_min_rad", min, min < max, "less than angle_max_rad")?;
+        let inside = (min..=max).contains(&centre);
+        check(
+            "centre_angle_rad",
+            centre,
+            inside,
+            "from angle_min_rad to angle_max_rad",
+        )?;
+        let step = self.view_step_rad;
+        check(
+            "view_step_rad",
+            step,
+            step > 0.0 && step <= 3.2,
+            "more than 0 and at most 3.2",
+        )?;
+        for (name, value) in [
+            ("motion_deadline_s", self.motion_deadline_s),
+            ("frame_deadline_s", self.frame_deadline_s),
+            ("transform_deadline_s", self.transform_deadline_s),
+            ("answer_deadline_s", self.answer_deadline_s),
+        ] {
+            check(
+                name,
+                value,
+                value > 0.0 && value <= 600.0,
+                "more than 0 and at most 600",
+            )?;
+        }
+        for (name, value) in [
+            ("rest_tolerance_rad", self.rest_tolerance_rad),
+            ("rest_dwell_s", self.rest_dwell_s),
+            ("separation_rad", self.separation_rad),
+        ] {
+            check(
+                name,
+                value,
+                value > 0.0 && value <= 10.0,
+                "more than 0 and at most 10",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The rules for passive mode.
+    pub fn sweep_rules(&self) -> SweepRules {
+        SweepRules {
+            view_count: self.view_count as usize,
+            tolerance_rad: self.rest_tolerance_rad,
+            dwell_ns: (self.rest_dwell_s * 1e9) as i64,
+            separation_rad: self.separation_rad,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_bad_values_named() {
+        assert_eq!(Parameters::default().validate(), Ok(()));
+        let bad = |change: fn(&mut Parameters)| {
+            let mut parameters = Parameters::default();
+            change(&mut parameters);
+            parameters.validate().err().map(|error| error.name)
+        };
+        assert_eq!(bad(|p| p.view_count = 0), Some("view_count"));
+        assert_eq!(bad(|p| p.centre_angle_rad = 4.0), Some("centre_angle_rad"));
+        assert_eq!(bad(|p| p.view_step_rad = f64::NAN), Some("view_step_rad"));
+        assert_eq!(bad(|p| p.frame_deadline_s = -1.0), Some("frame_deadline_s"));
+        assert_eq!(bad(|p| p.angle_max_rad = -4.0), Some("angle_min_rad"));
+    }
+}

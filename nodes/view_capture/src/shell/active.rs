@@ -1,0 +1,231 @@
+//! Scans on request: turn, wait for rest, look, again; then wait for the answer.
+
+use super::output::{Output, Place, Pose, new_scan_id};
+use anyhow::{Context, bail, ensure};
+use msg::Time;
+use msg::deformable_cobot::{Classification, RotateWrist, RotateWristReq, ScanObjectRes};
+use msg::sensor_msgs::PointCloud2;
+use node::{Node, Transforms};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::{Mutex, broadcast, watch};
+use view_capture::{Parameters, plan};
+
+/// Makes one scan at a time. Clones share it.
+#[derive(Clone)]
+pub struct Scanner {
+    node: Node,
+    parameters: Arc<Parameters>,
+    transforms: Option<Transforms>,
+    output: Output,
+    clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
+    answers: broadcast::Sender<Classification>,
+    busy: Arc<Mutex<()>>,
+}
+
+impl Scanner {
+    pub fn new(
+        node: &Node,
+        parameters: Arc<Parameters>,
+        transforms: Option<Transforms>,
+        output: Output,
+        clouds: &watch::Sender<Option<Arc<PointCloud2>>>,
+        answers: &broadcast::Sender<Classification>,
+    ) -> Self {
+        Self {
+            node: node.clone(),
+            parameters,
+            transforms,
+            output,
+            clouds: clouds.subscribe(),
+            answers: answers.clone(),
+            busy: Arc::default(),
+        }
+    }
+
+    /// Makes a scan of `views` views (0: as configured) and waits for the answer.
+    pub async fn scan(&self, views: u32) -> ScanObjectRes {
+        let Ok(_busy) = self.busy.try_lock() else {
+            let error = "a scan is already running; call again when it has ended";
+            return ScanObjectRes {
+                error: error.into(),
+                ..Default::default()
+            };
+        };
+        let angles_rad = match plan(&self.parameters, views) {
+            Ok(angles) => angles,
+            Err(error) => {
+                return ScanObjectRes {
+                    error: error.to_string(),
+                    ..Default::default()
+                };
+            }
+        };
+        let scan_id = new_scan_id();
+        log::info!("scan {scan_id}: {} views", angles_rad.len());
+        let result = self.scan_views(&scan_id, &angles_rad).await;
+        report(&scan_id, result)
+    }
+
+    /// Scans once when the first cloud has come, if configured so; otherwise never ends.
+    pub async fn scan_at_start(&self) {
+        let mut clouds = self.clouds.clone();
+        if self.parameters.scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
+            self.scan(0).await;
+        }
+        std::future::pending().await
+    }
+
+    async fn scan_views(
+        &self,
+        scan_id: &str,
+        angles_rad: &[f64],
+    ) -> anyhow::Result<Classification> {
+        let mut answers = self.answers.subscribe();
+        let count = angles_rad.len() as u32;
+        for (index, &angle_rad) in (0..).zip(angles_rad) {
+            let place = Place {
+                scan_id: scan_id.into(),
+                index,
+                count,
+            };
+            if let Err(error) = self.take_view(place.clone(), angle_rad).await {
+                let error = error.context(format!("view {} of {count}", index + 1));
+                self.output
+                    .failure(place, format!("view_capture: {error:#}"));
+                return Err(error);
+            }
+            if let Some(answer) = early_answer(&mut answers, scan_id) {
+                bail!("{}", answer.error);
+            }
+        }
+        let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
+        let answer = tokio::time::timeout(patience, answer_of(&mut answers, scan_id)).await;
+        let answer = answer.map_err(|_| {
+            anyhow::anyhow!(
+                "no answer within {patience:.1?} of the last view; look at /diagnostics for the \
+                 stage that is silent (icp_registration, roi_crop or classifier)"
+            )
+        })?;
+        ensure!(answer.error.is_empty(), "{}", answer.error);
+        Ok(answer)
+    }
+
+    async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
+        let deadline = Duration::from_secs_f64(self.parameters.motion_deadline_s);
+        let request = RotateWristReq { angle: angle_rad };
+        let turned = self
+            .node
+            .call::<RotateWrist>("rotate_wrist", request, deadline)
+            .await?;
+        ensure!(turned.success, "rotate_wrist: {}", turned.error);
+        let cloud = self.cloud_after(turned.at_rest).await?;
+        ensure!(
+            cloud.width > 0,
+            "the camera sees nothing within the depth limits; is the hand in front of it, and do \
+             depth_threshold's ~depth_min_m and ~depth_max_m fit?"
+        );
+        let pose = self.pose_at(&cloud).await?;
+        self.output.view(place, turned.angle, pose, &cloud);
+        Ok(())
+    }
+
+    /// The first cloud whose image was taken after `moment`.
+    async fn cloud_after(&self, moment: Time) -> anyhow::Result<Arc<PointCloud2>> {
+        let patience = Duration::from_secs_f64(self.parameters.frame_deadline_s);
+        let mut clouds = self.clouds.clone();
+        let newer = |cloud: &Option<Arc<PointCloud2>>| {
+            cloud
+                .as_ref()
+                .is_some_and(|cloud| cloud.header.stamp > moment)
+        };
+        let waited = tokio::time::timeout(patience, clouds.wait_for(newer)).await;
+        if let Ok(Ok(cloud)) = waited {
+            return cloud.clone().context("no cloud");
+        }
+        let last = self
+            .clouds
+            .borrow()
+            .as_ref()
+            .map(|cloud| cloud.header.stamp);
+        match last {
+            Some(stamp) => bail!(
+                "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
+                 last one is {:.2} s older); is the camera running, and are the clocks in step?",
+                (moment - stamp).seconds()
+            ),
+            None => {
+                bail!("no cloud ever came on 'points'; are the camera and depth_threshold running?")
+            }
+        }
+    }
+
+    async fn pose_at(&self, cloud: &PointCloud2) -> anyhow::Result<Option<Pose>> {
+        let Some(transforms) = &self.transforms else {
+            return Ok(None);
+        };
+        let hand_frame = self.parameters.hand_frame.clone();
+        let patience = Duration::from_secs_f64(self.parameters.transform_deadline_s);
+        let header = &cloud.header;
+        let pose = transforms
+            .wait(&hand_frame, &header.frame_id, header.stamp, patience)
+            .await;
+        Ok(Some(Pose {
+            hand_from_camera: pose?,
+            hand_frame,
+        }))
+    }
+}
+
+/// The answer to this scan, if it has already failed on the way.
+fn early_answer(
+    answers: &mut broadcast::Receiver<Classification>,
+    scan_id: &str,
+) -> Option<Classification> {
+    while let Ok(answer) = answers.try_recv() {
+        if answer.scan_id == scan_id && !answer.error.is_empty() {
+            return Some(answer);
+        }
+    }
+    None
+}
+
+async fn answer_of(
+    answers: &mut broadcast::Receiver<Classification>,
+    scan_id: &str,
+) -> Classification {
+    loop {
+        match answers.recv().await {
+            Ok(answer) if answer.scan_id == scan_id => return answer,
+            Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
+            // The sender lives as long as the scanner; the deadline ends the wait.
+            Err(broadcast::error::RecvError::Closed) => std::future::pending().await,
+        }
+    }
+}
+
+fn report(scan_id: &str, result: anyhow::Result<Classification>) -> ScanObjectRes {
+    match result {
+        Ok(answer) => {
+            log::info!(
+                "scan {scan_id}: {} ({:.3})",
+                answer.label,
+                answer.probability
+            );
+            ScanObjectRes {
+                error: String::new(),
+                result: answer,
+            }
+        }
+        Err(error) => {
+            let error = format!("scan {scan_id}: {error:#}");
+            log::error!("{error}");
+            let result = Classification {
+                scan_id: scan_id.into(),
+                error: error.clone(),
+                ..Default::default()
+            };
+            ScanObjectRes { error, result }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What a scan puts on its topics.
+
+use msg::deformable_cobot::View;
+use msg::sensor_msgs::PointCloud2;
+use msg::timing;
+use nalgebra::Isometry3;
+use node::{Clock, Latch, Node, Publisher};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// The publishers of views. Clones share them.
+#[derive(Clone)]
+pub struct Output {
+    views: Publisher<View>,
+    clouds: Publisher<PointCloud2>,
+    clock: Arc<Clock>,
+}
+
+/// Which view of which scan.
+#[derive(Debug, Clone)]
+pub struct Place {
+    pub scan_id: String,
+    pub index: u32,
+    pub count: u32,
+}
+
+/// Where the hand was when the camera looked.
+#[derive(Debug, Clone)]
+pub struct Pose {
+    pub hand_frame: String,
+    pub hand_from_camera: Isometry3<f64>,
+}
+
+impl Output {
+    pub fn new(node: &Node) -> anyhow::Result<Self> {
+        Ok(Self {
+            views: node.publish("views", 16, Latch::Yes)?,
+            clouds: node.publish("views/cloud", 4, Latch::Yes)?,
+            clock: node.clock(),
+        })
+    }
+
+    /// Publishes a view, and its cloud alone where somebody looks at it.
+    pub fn view(&self, place: Place, angle_rad: f64, pose: Option<Pose>, cloud: &PointCloud2) {
+        if self.clouds.is_subscribed() {
+            self.clouds.send(cloud.clone());
+        }
+        let age_ns = (self.clock.now() - cloud.header.stamp).nanos().max(0);
+        let mut view = View {
+            header: cloud.header.clone(),
+            scan_id: place.scan_id,
+            index: place.index,
+            count: place.count,
+            wrist_angle: angle_rad,
+            cloud: cloud.clone(),
+            timing: vec![timing::stage(
+                "capture",
+                Duration::from_nanos(age_ns as u64),
+            )],
+            ..Default::default()
+        };
+        if let Some(pose) = pose {
+            view.has_pose = true;
+            view.hand_frame = pose.hand_frame;
+            view.hand_from_camera = msg::transform::from_isometry(&pose.hand_from_camera);
+        }
+        self.views.send(view);
+    }
+
+    /// Ends the scan with an error that every later stage passes on.
+    pub fn failure(&self, place: Place, error: String) {
+        let mut view = View {
+            scan_id: place.scan_id,
+            index: place.index,
+            count: place.count,
+            error,
+            ..Default::default()
+        };
+        view.header.stamp = self.clock.now();
+        self.views.send(view);
+    }
+}
+
+/// A name that no other scan has, also after the time of a simulation was set back: from the computer's own clock.
+pub fn new_scan_id() -> String {
+    static SCANS: AtomicU32 = AtomicU32::new(0);
+    let now = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    format!(
+        "{:x}-{}",
+        now.as_millis(),
+        SCANS.fetch_add(1, Ordering::Relaxed)
+    )
+}

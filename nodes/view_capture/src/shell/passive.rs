@@ -1,0 +1,115 @@
+//! Scans found in what somebody else makes the robot do.
+
+use super::output::{Output, Place, Pose, new_scan_id};
+use msg::sensor_msgs::{JointState, PointCloud2};
+use node::{Expect, Node, Transforms};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::mpsc;
+use view_capture::{Parameters, Sweep, Taken};
+
+type Views = Vec<Taken<Arc<PointCloud2>>>;
+
+/// Joint states kept while a cloud is looked at: in passive mode each counts, not only the newest.
+const JOINT_STATES: Expect = Expect {
+    queue: 100,
+    ..Expect::STATE
+};
+
+/// Watches until shutdown.
+pub async fn watch(
+    node: &Node,
+    parameters: Arc<Parameters>,
+    transforms: Option<Transforms>,
+    output: Output,
+) -> anyhow::Result<()> {
+    let sweep = Arc::new(Mutex::new(Sweep::new(parameters.sweep_rules())));
+    let (found, mut scans) = mpsc::unbounded_channel();
+    let _points = node.subscribe("points", Expect::STATE, {
+        let sweep = Arc::clone(&sweep);
+        move |cloud: PointCloud2| {
+            let stamp_ns = cloud.header.stamp.nanos();
+            lock(&sweep).on_cloud(stamp_ns, Arc::new(cloud));
+        }
+    })?;
+    let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
+        let (sweep, joint) = (Arc::clone(&sweep), parameters.joint.clone());
+        move |state: JointState| {
+            let Some(angle_rad) = angle_of(&state, &joint) else {
+                return;
+            };
+            if let Some(views) = lock(&sweep).on_angle(state.header.stamp.nanos(), angle_rad) {
+                // Fails only while the node shuts down.
+                let _ = found.send(views);
+            }
+        }
+    })?;
+    node.clock().on_jump(move || lock(&sweep).reset());
+    loop {
+        tokio::select! {
+            () = node.until_shutdown() => return Ok(()),
+            Some(views) = scans.recv() => {
+                publish(&parameters, transforms.as_ref(), &output, views).await;
+            }
+        }
+    }
+}
+
+/// Position of `joint`; most messages on the topic are about others.
+fn angle_of(state: &JointState, joint: &str) -> Option<f64> {
+    let index = state.name.iter().position(|name| name == joint)?;
+    state
+        .position
+        .get(index)
+        .copied()
+        .filter(|angle| angle.is_finite())
+}
+
+async fn publish(
+    parameters: &Parameters,
+    transforms: Option<&Transforms>,
+    output: &Output,
+    views: Views,
+) {
+    let (scan_id, count) = (new_scan_id(), views.len() as u32);
+    log::info!("scan {scan_id}: {count} views seen");
+    for (index, view) in (0..).zip(views) {
+        let place = Place {
+            scan_id: scan_id.clone(),
+            index,
+            count,
+        };
+        match pose_at(parameters, transforms, &view.cloud).await {
+            Ok(pose) => output.view(place, view.angle_rad, pose, &view.cloud),
+            Err(error) => {
+                let error = format!("view_capture: view {} of {count}: {error:#}", index + 1);
+                log::error!("scan {scan_id}: {error}");
+                return output.failure(place, error);
+            }
+        }
+    }
+}
+
+async fn pose_at(
+    parameters: &Parameters,
+    transforms: Option<&Transforms>,
+    cloud: &PointCloud2,
+) -> anyhow::Result<Option<Pose>> {
+    let Some(transforms) = transforms else {
+        return Ok(None);
+    };
+    let hand_frame = parameters.hand_frame.clone();
+    let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
+    let header = &cloud.header;
+    let pose = transforms
+        .wait(&hand_frame, &header.frame_id, header.stamp, patience)
+        .await;
+    Ok(Some(Pose {
+        hand_from_camera: pose?,
+        hand_frame,
+    }))
+}
+
+fn lock<T>(sweep: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    sweep.lock().unwrap_or_else(PoisonError::into_inner)
+}
