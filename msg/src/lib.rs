@@ -8,7 +8,7 @@ pub mod service;
 pub mod timing;
 pub mod transform;
 
-pub use rosrust::{Duration, Time};
+pub use rosrust::{Duration, Message, Time};
 pub use rosrust_msg::{
     baxter_core_msgs, deformable_cobot, diagnostic_msgs, geometry_msgs, sensor_msgs, std_msgs,
     tf2_msgs,

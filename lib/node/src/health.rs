@@ -69,9 +69,9 @@ impl Health {
     ) -> DiagnosticStatus {
         DiagnosticStatus {
             level: match level {
-                Level::Ok => DiagnosticStatus::OK as i8,
-                Level::Warn => DiagnosticStatus::WARN as i8,
-                Level::Error => DiagnosticStatus::ERROR as i8,
+                Level::Ok => DiagnosticStatus::OK,
+                Level::Warn => DiagnosticStatus::WARN,
+                Level::Error => DiagnosticStatus::ERROR,
             },
             name: format!("{}: {part}", self.node),
             message: message.into(),

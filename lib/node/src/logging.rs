@@ -4,7 +4,7 @@ use log::{Level, LevelFilter, Log, Metadata, Record};
 use std::sync::OnceLock;
 
 /// Libraries that log while they hold rosrust's global lock, so that their records must not go through it again.
-const TERMINAL_ONLY: [&str; 5] = ["rosrust", "xml_rpc", "hyper", "ort", "tokio"];
+const TERMINAL_ONLY: [&str; 6] = ["rosrust", "xml_rpc", "hyper", "tiny_http", "ort", "tokio"];
 
 /// Levels of `rosgraph_msgs/Log`.
 const ROS_DEBUG: i8 = 1;

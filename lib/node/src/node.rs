@@ -30,13 +30,15 @@ pub struct Node {
     shared: Arc<Shared>,
 }
 
+type Restore = Box<dyn Fn() + Send>;
+
 struct Shared {
     registry: Arc<Registry>,
     clock: Arc<Clock>,
     health: Health,
     shutdown: watch::Sender<bool>,
     /// Writes the parameters in force again.
-    restore: Arc<Mutex<Option<Box<dyn Fn() + Send>>>>,
+    restore: Arc<Mutex<Option<Restore>>>,
 }
 
 /// Runs a node called `name`: starts it, runs `body` and says goodbye.
@@ -200,6 +202,22 @@ impl Node {
         deadline: Duration,
     ) -> Result<S::Response, CallError> {
         service::call::<S>(name, request, deadline).await
+    }
+
+    /// Name of this node, with its namespace.
+    pub fn name(&self) -> String {
+        rosrust::name()
+    }
+
+    /// Names of the nodes that publish on `topic` (with its namespace), as the master has them.
+    pub fn publishers_of(&self, topic: &str) -> anyhow::Result<Vec<String>> {
+        let state = rosrust::state()
+            .map_err(|error| anyhow::anyhow!("no word from the ROS master: {error}"))?;
+        let found = state
+            .publishers
+            .into_iter()
+            .find(|entry| entry.name == topic);
+        Ok(found.map(|entry| entry.connections).unwrap_or_default())
     }
 
     /// ROS time.

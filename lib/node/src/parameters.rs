@@ -1,7 +1,7 @@
 //! Private parameters: read once, completed with their defaults, checked, and written back for all to see.
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Serialize, Serializer};
 use serde_yaml::{Mapping, Value};
 use std::fmt::Display;
 use thiserror::Error;
@@ -57,10 +57,11 @@ pub(crate) fn resolve<P: DeserializeOwned, E: Display>(
     value: Value,
     validate: impl Fn(&P) -> Result<(), E>,
 ) -> Result<P, ParameterError> {
-    let parameters = serde_yaml::from_value(value).map_err(|error| ParameterError::Unreadable {
-        node: node.into(),
-        reason: error.to_string(),
-    })?;
+    let parameters =
+        serde_path_to_error::deserialize(value).map_err(|error| ParameterError::Unreadable {
+            node: node.into(),
+            reason: error.to_string(),
+        })?;
     validate(&parameters).map_err(|error| ParameterError::Invalid {
         node: node.into(),
         reason: error.to_string(),
@@ -79,8 +80,28 @@ pub(crate) fn write_back(parameters: &impl Serialize) {
             continue;
         };
         let parameter = rosrust::param(&format!("~{key}"));
-        if let Some(Err(error)) = parameter.map(|parameter| parameter.set(&value)) {
+        if let Some(Err(error)) = parameter.map(|parameter| parameter.set(&Wire(&value))) {
             log::warn!("cannot write the parameter {key} back: {error}");
+        }
+    }
+}
+
+/// A value as rosrust can send it: of all whole numbers it knows 32-bit ones only, and makes strings of the others.
+struct Wire<'a>(&'a Value);
+
+impl Serialize for Wire<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Value::Number(number) => match number.as_i64().map(i32::try_from) {
+                Some(Ok(whole)) => serializer.serialize_i32(whole),
+                _ => serializer.serialize_f64(number.as_f64().unwrap_or(f64::NAN)),
+            },
+            Value::Sequence(values) => serializer.collect_seq(values.iter().map(Wire)),
+            Value::Mapping(entries) => {
+                let entries = entries.iter().filter(|(_, value)| !value.is_null());
+                serializer.collect_map(entries.map(|(key, value)| (key, Wire(value))))
+            }
+            other => other.serialize(serializer),
         }
     }
 }

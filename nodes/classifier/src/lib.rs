@@ -1,0 +1,19 @@
+//! Names the object whose cloud it gets, with a small network stored as an ONNX file
+//! (paper, Sec. V and VI-C.5).
+//!
+//! Everything about the preprocessing comes from the model file's metadata ([`ModelMetadata`]),
+//! so a model and the clouds that it was trained on cannot drift apart.
+
+mod error;
+mod metadata;
+mod model;
+mod preprocess;
+mod provider;
+mod runtime;
+
+pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
+pub use metadata::{Centring, ModelMetadata};
+pub use model::{Answer, INPUT_NAME, MAX_MODEL_BYTES, Model, OUTPUT_NAME, Timing};
+pub use preprocess::preprocess;
+pub use provider::{Parameters, Provider};
+pub use runtime::RUNTIME_FILE;

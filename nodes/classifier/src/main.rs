@@ -1,0 +1,141 @@
+//! Names the object of each scan, and of any cloud on request.
+
+use anyhow::Context;
+use classifier::{Answer, Model, Parameters};
+use msg::deformable_cobot::{Classification, ClassifyCloud, ClassifyCloudRes, ObjectCloud};
+use msg::sensor_msgs::PointCloud2;
+use msg::timing;
+use nalgebra::Vector3;
+use node::{Expect, Latch, Level, Node};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+fn main() -> ExitCode {
+    node::run("classifier", serve)
+}
+
+async fn serve(node: Node) -> anyhow::Result<()> {
+    let parameters = node.parameters(Parameters::validate)?;
+    let model = load(&node, &parameters)?;
+    let answers = node.publish("classification", 16, Latch::Yes)?;
+    let latest = Mutex::new(String::new());
+    let _objects = node.subscribe("object", Expect::EVENTS, {
+        let model = Arc::clone(&model);
+        move |object: ObjectCloud| {
+            // Latched messages come again each second.
+            let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
+            if *latest != object.scan_id {
+                latest.clone_from(&object.scan_id);
+                answers.send(name_object(&model, object));
+            }
+        }
+    })?;
+    let _service = node.serve::<ClassifyCloud>("classify_cloud", move |request| {
+        let up = up_or_z([request.up.x, request.up.y, request.up.z]);
+        let mut result = Classification {
+            header: request.cloud.header.clone(),
+            ..Default::default()
+        };
+        answer_into(&model, &request.cloud, up, &mut result);
+        Ok(ClassifyCloudRes { result })
+    })?;
+    node.until_shutdown().await;
+    Ok(())
+}
+
+fn load(node: &Node, parameters: &Parameters) -> anyhow::Result<Arc<Mutex<Model>>> {
+    let path = Path::new(&parameters.model);
+    let model = Model::load(path, parameters.provider, &parameters.device)
+        .with_context(|| format!("cannot use the model '{}'", parameters.model))?;
+    match model.fallback_reason() {
+        None => node.health().set("provider", Level::Ok, model.provider()),
+        Some(reason) => {
+            let text = format!(
+                "running on {} instead of what was asked for: {reason}",
+                model.provider()
+            );
+            log::error!("{text}");
+            node.health().set("provider", Level::Warn, text);
+        }
+    }
+    let metadata = model.metadata();
+    log::info!(
+        "model {} knows {} on {}",
+        metadata.run_id,
+        metadata.labels.join(", "),
+        model.provider()
+    );
+    Ok(Arc::new(Mutex::new(model)))
+}
+
+/// The answer to a scan; what went wrong before comes through as it is.
+fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
+    let mut result = Classification {
+        header: object.header,
+        scan_id: object.scan_id,
+        error: object.error,
+        view_count: object.view_count,
+        timing: object.timing,
+        ..Default::default()
+    };
+    if result.error.is_empty() {
+        let up = up_or_z([object.up.x, object.up.y, object.up.z]);
+        answer_into(model, &object.cloud, up, &mut result);
+    }
+    match &result.error[..] {
+        "" => log::info!(
+            "scan {}: {} ({:.3})",
+            result.scan_id,
+            result.label,
+            result.probability
+        ),
+        error => log::error!("scan {}: {error}", result.scan_id),
+    }
+    result
+}
+
+fn answer_into(
+    model: &Mutex<Model>,
+    cloud: &PointCloud2,
+    up: Vector3<f64>,
+    result: &mut Classification,
+) {
+    let mut model = model.lock().unwrap_or_else(PoisonError::into_inner);
+    let answer = msg::cloud::to_points(cloud)
+        .map_err(anyhow::Error::from)
+        .and_then(|decoded| {
+            result.point_count = decoded.points.len() as u32;
+            Ok(model.classify(&decoded.points, &up)?)
+        });
+    result.provider = model.provider().into();
+    result.model_id.clone_from(&model.metadata().run_id);
+    match answer {
+        Ok(answer) => fill(result, answer),
+        Err(error) => result.error = format!("classifier: {error:#}"),
+    }
+}
+
+fn fill(result: &mut Classification, answer: Answer) {
+    result.label = answer.label;
+    result.probability = answer.probability;
+    result.known = answer.known;
+    result.labels = answer.labels;
+    result.probabilities = answer.probabilities;
+    result
+        .timing
+        .push(timing::stage("sample", answer.timing.sample));
+    result
+        .timing
+        .push(timing::stage("infer", answer.timing.infer));
+}
+
+/// A message without an up direction means +z.
+fn up_or_z(up: [f64; 3]) -> Vector3<f64> {
+    let up = Vector3::from(up);
+    if up == Vector3::zeros() {
+        Vector3::z()
+    } else {
+        up
+    }
+}

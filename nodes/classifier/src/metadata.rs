@@ -1,0 +1,237 @@
+//! What a model file says about itself; written by `train`, read by the node.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::error::MetadataError;
+
+/// How a cloud is moved to the origin before the network sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Centring {
+    /// By the mean of its points.
+    Centroid,
+    /// By the middle of its bounding box.
+    Box,
+}
+
+impl FromStr for Centring {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        match text {
+            "centroid" => Ok(Self::Centroid),
+            "box" => Ok(Self::Box),
+            _ => Err(()),
+        }
+    }
+}
+
+impl fmt::Display for Centring {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Centroid => "centroid",
+            Self::Box => "box",
+        })
+    }
+}
+
+/// Where every network expects the object's up direction; stored, so that other readers of the file know.
+const UP_AXIS: &str = "+z";
+
+/// Everything that a model file says about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelMetadata {
+    /// Names of the classes, in the order of the network's output.
+    pub labels: Vec<String>,
+    /// N, how many points the network takes.
+    pub point_count: usize,
+    /// The length by which coordinates are divided. Fixed: size tells two balls apart.
+    pub metres_per_unit: f64,
+    /// How clouds are moved to the origin.
+    pub centring: Centring,
+    /// Which network this is.
+    pub network_version: String,
+    /// The training run that made the model.
+    pub run_id: String,
+    /// Answers below this probability are called unknown.
+    pub known_threshold: f64,
+}
+
+impl ModelMetadata {
+    /// The entries to store in the model file.
+    pub fn to_entries(&self) -> [(&'static str, String); 8] {
+        [
+            ("labels", self.labels.join(",")),
+            ("point_count", self.point_count.to_string()),
+            ("metres_per_unit", self.metres_per_unit.to_string()),
+            ("centring", self.centring.to_string()),
+            ("up_axis", UP_AXIS.to_owned()),
+            ("network_version", self.network_version.clone()),
+            ("run_id", self.run_id.clone()),
+            ("known_threshold", self.known_threshold.to_string()),
+        ]
+    }
+
+    /// Reads the entries back, each found by its key.
+    ///
+    /// # Errors
+    /// The first key that is missing or has an impossible value.
+    pub fn from_lookup(lookup: impl Fn(&str) -> Option<String>) -> Result<Self, MetadataError> {
+        let entries = Entries(lookup);
+        entries.up_axis()?;
+        Ok(Self {
+            labels: entries.labels()?,
+            point_count: entries.parsed("point_count", "a whole number from 1 to 4096", |n| {
+                (1..=4096).contains(n)
+            })?,
+            metres_per_unit: entries.parsed(
+                "metres_per_unit",
+                "a length above 0 and up to 100",
+                |metres: &f64| *metres > 0.0 && *metres <= 100.0,
+            )?,
+            centring: entries.parsed("centring", "`centroid` or `box`", |_| true)?,
+            network_version: entries.text("network_version")?,
+            run_id: entries.text("run_id")?,
+            known_threshold: entries.parsed(
+                "known_threshold",
+                "a probability from 0 to 1",
+                |threshold: &f64| (0.0..=1.0).contains(threshold),
+            )?,
+        })
+    }
+}
+
+/// Metadata entries behind a lookup function.
+struct Entries<F>(F);
+
+impl<F: Fn(&str) -> Option<String>> Entries<F> {
+    fn get(&self, key: &'static str) -> Result<String, MetadataError> {
+        self.0(key).ok_or(MetadataError::Missing { key })
+    }
+
+    fn text(&self, key: &'static str) -> Result<String, MetadataError> {
+        let value = self.get(key)?;
+        if value.trim().is_empty() {
+            let allowed = "a text that is not empty";
+            return Err(MetadataError::Wrong {
+                key,
+                value,
+                allowed,
+            });
+        }
+        Ok(value)
+    }
+
+    fn parsed<T: FromStr>(
+        &self,
+        key: &'static str,
+        allowed: &'static str,
+        is_allowed: impl Fn(&T) -> bool,
+    ) -> Result<T, MetadataError> {
+        let value = self.get(key)?;
+        match value.trim().parse() {
+            Ok(parsed) if is_allowed(&parsed) => Ok(parsed),
+            _ => Err(MetadataError::Wrong {
+                key,
+                value,
+                allowed,
+            }),
+        }
+    }
+
+    fn up_axis(&self) -> Result<(), MetadataError> {
+        let (key, value) = ("up_axis", self.get("up_axis")?);
+        if value == UP_AXIS {
+            Ok(())
+        } else {
+            Err(MetadataError::Wrong {
+                key,
+                value,
+                allowed: UP_AXIS,
+            })
+        }
+    }
+
+    fn labels(&self) -> Result<Vec<String>, MetadataError> {
+        let value = self.get("labels")?;
+        let labels: Vec<String> = value.split(',').map(|l| l.trim().to_owned()).collect();
+        let distinct: std::collections::HashSet<&String> = labels.iter().collect();
+        if labels.len() < 2 || distinct.len() < labels.len() || labels.iter().any(String::is_empty)
+        {
+            return Err(MetadataError::Wrong {
+                key: "labels",
+                value,
+                allowed: "two or more different names separated by commas",
+            });
+        }
+        Ok(labels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn example() -> ModelMetadata {
+        ModelMetadata {
+            labels: vec!["can".to_owned(), "ball".to_owned()],
+            point_count: 100,
+            metres_per_unit: 0.1,
+            centring: Centring::Box,
+            network_version: "1".to_owned(),
+            run_id: "run".to_owned(),
+            known_threshold: 0.5,
+        }
+    }
+
+    fn read(entries: &[(&'static str, String)]) -> Result<ModelMetadata, MetadataError> {
+        ModelMetadata::from_lookup(|key| {
+            let entry = entries.iter().find(|(name, _)| *name == key);
+            entry.map(|(_, value)| value.clone())
+        })
+    }
+
+    #[test]
+    fn entries_read_back_the_same() {
+        assert_eq!(read(&example().to_entries()).unwrap(), example());
+    }
+
+    #[test]
+    fn each_missing_key_is_named() {
+        let all = example().to_entries();
+        for (missing, _) in &all {
+            let rest: Vec<_> = all.iter().filter(|e| e.0 != *missing).cloned().collect();
+            assert_eq!(read(&rest), Err(MetadataError::Missing { key: missing }));
+        }
+    }
+
+    #[test]
+    fn each_wrong_value_is_named() {
+        let wrong = [
+            ("labels", "can"),
+            ("labels", "can,can"),
+            ("labels", "can,,ball"),
+            ("point_count", "0"),
+            ("point_count", "many"),
+            ("metres_per_unit", "0"),
+            ("metres_per_unit", "NaN"),
+            ("metres_per_unit", "inf"),
+            ("centring", "middle"),
+            ("up_axis", "z"),
+            ("up_axis", "-z"),
+            ("network_version", " "),
+            ("run_id", ""),
+            ("known_threshold", "1.5"),
+        ];
+        for (key, value) in wrong {
+            let mut entries = example().to_entries();
+            for entry in entries.iter_mut().filter(|entry| entry.0 == key) {
+                entry.1 = value.to_owned();
+            }
+            let message = read(&entries).unwrap_err().to_string();
+            assert!(message.contains(key), "{message}");
+            assert!(message.contains(&format!("{value:?}")), "{message}");
+        }
+    }
+}

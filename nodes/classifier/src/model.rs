@@ -1,0 +1,294 @@
+//! A loaded model and what it answers.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Point3, Vector3};
+use ort::environment::Environment;
+use ort::ep::{ExecutionProviderDispatch, OpenVINO};
+use ort::session::{Session, builder::SessionBuilder};
+use ort::value::{Outlet, TensorElementType, TensorRef};
+
+use crate::error::{ClassifyError, LoadError};
+use crate::metadata::ModelMetadata;
+use crate::preprocess::preprocess;
+use crate::provider::Provider;
+use crate::runtime;
+
+/// Largest accepted model file (paper, Sec. VI-B.3).
+pub const MAX_MODEL_BYTES: u64 = 100_000;
+/// Name of the network's input, float32 [B, 3, N].
+pub const INPUT_NAME: &str = "points";
+/// Name of the network's output, float32 [B, C].
+pub const OUTPUT_NAME: &str = "log_probabilities";
+
+/// A model that is ready to classify.
+#[derive(Debug)]
+pub struct Model {
+    session: Session,
+    metadata: ModelMetadata,
+    provider: String,
+    fallback_reason: Option<String>,
+}
+
+/// How long each step of one classification took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timing {
+    /// Preprocessing.
+    pub sample: Duration,
+    /// The network.
+    pub infer: Duration,
+}
+
+/// Which object it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// The most probable label.
+    pub label: String,
+    /// Its probability.
+    pub probability: f64,
+    /// False: unlike everything that the model was trained on.
+    pub known: bool,
+    /// All labels, in the model's order.
+    pub labels: Vec<String>,
+    /// Their probabilities; the sum is 1.
+    pub probabilities: Vec<f64>,
+    /// How long it took.
+    pub timing: Timing,
+}
+
+impl Model {
+    /// Loads a model file and runs it once, so that the first real cloud does not wait.
+    ///
+    /// If OpenVINO is asked for and cannot start, the model runs on ONNX Runtime's CPU provider
+    /// and [`Model::fallback_reason`] says why. `device` is OpenVINO's: CPU, GPU or AUTO.
+    ///
+    /// # Errors
+    /// The file or ONNX Runtime is missing, or the file is not a model as in [`ModelMetadata`],
+    /// [`INPUT_NAME`] and [`OUTPUT_NAME`].
+    pub fn load(path: &Path, provider: Provider, device: &str) -> Result<Self, LoadError> {
+        let bytes = read(path)?;
+        let corrupt = |reason: String| LoadError::Corrupt {
+            path: path.to_path_buf(),
+            reason,
+        };
+        // The CPU session judges the file, so that a fault of the file is never taken for a
+        // fault of OpenVINO.
+        let environment = runtime::environment()?;
+        let mut session = cpu_session(environment, &bytes).map_err(corrupt)?;
+        let metadata = checked_metadata(&session, path)?;
+        let infer_blank = |session: &mut Session| {
+            let blank = vec![0.0; 3 * metadata.point_count];
+            infer(session, &blank, &metadata).map_err(|error| error.to_string())
+        };
+        infer_blank(&mut session).map_err(corrupt)?;
+        let mut running = Provider::Cpu.to_string();
+        let mut fallback_reason = None;
+        if provider == Provider::OpenVino {
+            let started = openvino_session(environment, &bytes, device)
+                .and_then(|mut session| infer_blank(&mut session).map(|_| session));
+            match started {
+                Ok(openvino) => {
+                    session = openvino;
+                    running = format!("{provider}:{device}");
+                }
+                Err(reason) => {
+                    let reason = format!("{provider}:{device} cannot start: {reason}");
+                    fallback_reason = Some(reason);
+                }
+            }
+        }
+        Ok(Self {
+            session,
+            metadata,
+            provider: running,
+            fallback_reason,
+        })
+    }
+
+    /// What the file says about itself.
+    pub fn metadata(&self) -> &ModelMetadata {
+        &self.metadata
+    }
+
+    /// What runs the network: `openvino:<device>` or `cpu`.
+    pub fn provider(&self) -> &str {
+        &self.provider
+    }
+
+    /// Why the CPU runs the network although OpenVINO was asked for.
+    pub fn fallback_reason(&self) -> Option<&str> {
+        self.fallback_reason.as_deref()
+    }
+
+    /// Names the object of a cloud; `points` in metres, `up` in their frame.
+    ///
+    /// # Errors
+    /// The cloud has too few points or one that is not finite, or the network failed.
+    pub fn classify(
+        &mut self,
+        points: &[Point3<f32>],
+        up: &Vector3<f64>,
+    ) -> Result<Answer, ClassifyError> {
+        let start = Instant::now();
+        let input = preprocess(points, up, &self.metadata)?;
+        let sampled = Instant::now();
+        let log_probabilities = infer(&mut self.session, &input, &self.metadata)?;
+        let timing = Timing {
+            sample: sampled - start,
+            infer: sampled.elapsed(),
+        };
+        answer(&log_probabilities, &self.metadata, timing)
+    }
+
+    /// The network alone: `input` as from [`preprocess`], result [C] log-probabilities.
+    ///
+    /// # Errors
+    /// The network failed.
+    pub fn infer(&mut self, input: &[f32]) -> Result<Vec<f32>, ClassifyError> {
+        infer(&mut self.session, input, &self.metadata)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
+    let unreadable = |source| LoadError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    // The size first: a wrong path may name something huge.
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes == 0 || bytes > MAX_MODEL_BYTES {
+        return Err(LoadError::Size {
+            path: path.to_path_buf(),
+            bytes,
+            max: MAX_MODEL_BYTES,
+        });
+    }
+    std::fs::read(path).map_err(unreadable)
+}
+
+fn cpu_session(environment: &Environment, bytes: &[u8]) -> Result<Session, String> {
+    let build = || builder(environment)?.commit_from_memory(bytes);
+    build().map_err(|error: ort::Error| error.to_string())
+}
+
+fn openvino_session(
+    environment: &Environment,
+    bytes: &[u8],
+    device: &str,
+) -> Result<Session, String> {
+    let openvino: ExecutionProviderDispatch = OpenVINO::default()
+        .with_device_type(device)
+        .with_num_threads(1)
+        .build()
+        .error_on_failure();
+    let build = || {
+        builder(environment)?
+            .with_execution_providers([openvino])?
+            // Else a network that OpenVINO refuses would run on the CPU under OpenVINO's name.
+            .with_disable_cpu_fallback()?
+            .commit_from_memory(bytes)
+    };
+    build().map_err(|error: ort::Error| error.to_string())
+}
+
+/// One thread without spinning: the network takes microseconds, and the cores have other work.
+fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
+    let builder = Session::builder(environment)?
+        .with_intra_threads(1)?
+        .with_intra_op_spinning(false)?;
+    Ok(builder)
+}
+
+fn checked_metadata(session: &Session, path: &Path) -> Result<ModelMetadata, LoadError> {
+    let stored = session.metadata().map_err(|error| LoadError::Corrupt {
+        path: path.to_path_buf(),
+        reason: error.to_string(),
+    })?;
+    let metadata = ModelMetadata::from_lookup(|key| stored.custom(key));
+    let metadata = metadata.map_err(|source| LoadError::Metadata {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    let points = [-1, 3, metadata.point_count as i64];
+    check_outlet(path, "the input", session.inputs(), INPUT_NAME, &points)?;
+    let classes = [-1, metadata.labels.len() as i64];
+    check_outlet(path, "the output", session.outputs(), OUTPUT_NAME, &classes)?;
+    Ok(metadata)
+}
+
+/// Checks that the only outlet is `name`, float32, of this shape; -1 stands for the batch.
+fn check_outlet(
+    path: &Path,
+    what: &'static str,
+    outlets: &[Outlet],
+    name: &str,
+    shape: &[i64],
+) -> Result<(), LoadError> {
+    let fits = |outlet: &Outlet| {
+        let sizes = outlet.dtype().tensor_shape();
+        outlet.name() == name
+            && outlet.dtype().tensor_type() == Some(TensorElementType::Float32)
+            && sizes.is_some_and(|sizes| **sizes == *shape)
+    };
+    if matches!(outlets, [only] if fits(only)) {
+        return Ok(());
+    }
+    let found: Vec<String> = outlets
+        .iter()
+        .map(|outlet| format!("`{}` {}", outlet.name(), outlet.dtype()))
+        .collect();
+    Err(LoadError::Interface {
+        path: path.to_path_buf(),
+        what,
+        found: found.join(" and "),
+        expected: format!("`{name}` float32 {shape:?} (-1: any; sizes as in the metadata)"),
+    })
+}
+
+fn infer(
+    session: &mut Session,
+    input: &[f32],
+    metadata: &ModelMetadata,
+) -> Result<Vec<f32>, ClassifyError> {
+    let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
+    let shape = [1, 3, metadata.point_count];
+    let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
+    let outputs = session
+        .run(ort::inputs![INPUT_NAME => points])
+        .map_err(failed)?;
+    let (_, log_probabilities) = outputs[OUTPUT_NAME]
+        .try_extract_tensor::<f32>()
+        .map_err(failed)?;
+    Ok(log_probabilities.to_vec())
+}
+
+fn answer(
+    log_probabilities: &[f32],
+    metadata: &ModelMetadata,
+    timing: Timing,
+) -> Result<Answer, ClassifyError> {
+    let raw: Vec<f64> = log_probabilities
+        .iter()
+        .map(|&l| f64::from(l).exp())
+        .collect();
+    let sum: f64 = raw.iter().sum();
+    // The network ends in a log-softmax: only a damaged file gives anything but a sum of 1.
+    if raw.len() != metadata.labels.len() || !((sum - 1.0).abs() < 1e-3) {
+        return Err(ClassifyError::Output(format!("{log_probabilities:?}")));
+    }
+    let probabilities: Vec<f64> = raw.iter().map(|value| value / sum).collect();
+    let (best, &probability) = probabilities
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .ok_or_else(|| ClassifyError::Output("nothing".to_owned()))?;
+    Ok(Answer {
+        label: metadata.labels[best].clone(),
+        probability,
+        known: probability >= metadata.known_threshold,
+        labels: metadata.labels.clone(),
+        probabilities,
+        timing,
+    })
+}

@@ -1,0 +1,299 @@
+//! Models that load, and files that must be refused by name.
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use classifier::{
+    Axis, Centring, ClassifyError, LoadError, Model, ModelMetadata, Provider, preprocess,
+};
+use nalgebra::{Point3, Vector3};
+use onnx_file::{Attribute, Dimension, ModelBuilder};
+use tempfile::TempDir;
+
+const POINT_COUNT: usize = 4;
+const BATCH: Dimension = Dimension::Free("batch");
+
+fn metadata() -> ModelMetadata {
+    ModelMetadata {
+        labels: vec!["tall".to_owned(), "wide".to_owned()],
+        point_count: POINT_COUNT,
+        metres_per_unit: 0.1,
+        centring: Centring::Box,
+        network_version: "test".to_owned(),
+        run_id: "run 1".to_owned(),
+        known_threshold: 0.8,
+    }
+}
+
+/// Which parts of the model file differ from a good one.
+struct Fault {
+    input: &'static str,
+    input_shape: [Dimension<'static>; 3],
+    output: &'static str,
+    output_size: usize,
+    entries: Vec<(&'static str, String)>,
+}
+
+impl Default for Fault {
+    fn default() -> Self {
+        Self {
+            input: "points",
+            input_shape: [BATCH, Dimension::Fixed(3), Dimension::Fixed(POINT_COUNT)],
+            output: "log_probabilities",
+            output_size: 2,
+            entries: metadata().to_entries().to_vec(),
+        }
+    }
+}
+
+/// A network that compares the largest z with the largest x.
+fn model_bytes(fault: &Fault) -> Vec<u8> {
+    let mut model = ModelBuilder::new("tall or wide");
+    model.input(fault.input, &fault.input_shape);
+    let axes = [
+        ("axes", Attribute::Ints(&[2])),
+        ("keepdims", Attribute::Int(0)),
+    ];
+    model.node("ReduceMax", &[fault.input], "extent", &axes);
+    let mut weights = vec![0.0; 3 * fault.output_size];
+    weights[1] = 10.0;
+    weights[2 * fault.output_size] = 10.0;
+    model.constant_f32("weights", &[3, fault.output_size], &weights);
+    model.node("MatMul", &["extent", "weights"], "logits", &[]);
+    model.node(
+        "LogSoftmax",
+        &["logits"],
+        fault.output,
+        &[("axis", Attribute::Int(1))],
+    );
+    model.output(fault.output, &[BATCH, Dimension::Fixed(fault.output_size)]);
+    for (key, value) in &fault.entries {
+        model.metadata(key, value);
+    }
+    model.encode()
+}
+
+fn write(bytes: &[u8]) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.onnx");
+    std::fs::write(&path, bytes).unwrap();
+    (folder, path)
+}
+
+fn load_with(fault: &Fault) -> Result<Model, LoadError> {
+    let (_folder, path) = write(&model_bytes(fault));
+    Model::load(&path, Provider::Cpu, "CPU")
+}
+
+fn refusal(fault: &Fault) -> String {
+    load_with(fault).unwrap_err().to_string()
+}
+
+/// Five points spread along `direction`, 20 cm from end to end.
+fn stick(direction: Vector3<f32>) -> Vec<Point3<f32>> {
+    (0..5)
+        .map(|i| Point3::from(direction * (0.05 * i as f32)) + Vector3::new(1.0, 2.0, 3.0))
+        .collect()
+}
+
+#[test]
+fn a_good_model_names_what_it_sees() {
+    let mut model = load_with(&Fault::default()).unwrap();
+    assert_eq!(model.metadata(), &metadata());
+    assert_eq!((model.provider(), model.fallback_reason()), ("cpu", None));
+    let answer = model.classify(&stick(Vector3::z()), &Vector3::z()).unwrap();
+    assert_eq!(answer.label, "tall");
+    assert!(answer.known && answer.probability > 0.99, "{answer:?}");
+    assert!((answer.probabilities.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    let answer = model.classify(&stick(Vector3::x()), &Vector3::z()).unwrap();
+    assert_eq!(answer.label, "wide");
+}
+
+#[test]
+fn an_even_answer_is_unknown() {
+    let mut model = load_with(&Fault::default()).unwrap();
+    let diagonal = Vector3::new(0.7, 0.0, 0.7);
+    let answer = model.classify(&stick(diagonal), &Vector3::z()).unwrap();
+    assert!(!answer.known, "{answer:?}");
+}
+
+#[test]
+fn the_up_direction_turns_the_cloud() {
+    let mut model = load_with(&Fault::default()).unwrap();
+    for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+        for up in [axis, -axis, -3.0 * axis] {
+            let answer = model.classify(&stick(up.normalize().cast()), &up).unwrap();
+            assert_eq!(answer.label, "tall", "up {up}");
+        }
+    }
+    let refused = model.classify(&stick(Vector3::x()), &Vector3::zeros());
+    assert!(refused.unwrap_err().to_string().contains("no length"));
+}
+
+#[test]
+fn preprocessing_centres_and_scales() {
+    let points = [
+        [0.0, 0.0, 0.0],
+        [0.1, 0.0, 0.0],
+        [0.2, 0.0, 0.0],
+        [0.2, 0.4, 0.8],
+    ];
+    let points = points.map(Point3::from);
+    let mut model = metadata();
+    let columns = |input: Vec<f32>| {
+        let mut x = input[..POINT_COUNT].to_vec();
+        x.sort_by(f32::total_cmp);
+        x
+    };
+    let box_x = columns(preprocess(&points, &Vector3::z(), &model).unwrap());
+    model.centring = Centring::Centroid;
+    let centroid_x = columns(preprocess(&points, &Vector3::z(), &model).unwrap());
+    for (found, expected) in [
+        (box_x, [-1.0, 0.0, 1.0, 1.0]),
+        (centroid_x, [-1.25, -0.25, 0.75, 0.75]),
+    ] {
+        let close = found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() < 1e-5);
+        assert!(close, "{found:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn too_few_points_and_points_that_are_not_finite_are_refused() {
+    let mut model = load_with(&Fault::default()).unwrap();
+    let mut points = stick(Vector3::z());
+    let refused = model.classify(&points[..3], &Vector3::z()).unwrap_err();
+    assert!(matches!(refused, ClassifyError::Preprocess(_)));
+    let message = refused.to_string();
+    assert!(
+        message.contains("4 points wanted of a cloud of 3"),
+        "{message}"
+    );
+    points[2].y = f32::NAN;
+    let message = model
+        .classify(&points, &Vector3::z())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("point 2") && message.contains("NaN"),
+        "{message}"
+    );
+    assert!(model.classify(&[], &Vector3::z()).is_err());
+}
+
+#[test]
+fn missing_empty_large_and_corrupt_files_are_named() {
+    let load = |path: &PathBuf| {
+        Model::load(path, Provider::Cpu, "CPU")
+            .unwrap_err()
+            .to_string()
+    };
+    let missing = PathBuf::from("/nowhere/model.onnx");
+    assert!(load(&missing).contains("cannot read model /nowhere/model.onnx"));
+    let good = model_bytes(&Fault::default());
+    let cases: [(&[u8], &str); 4] = [
+        (b"", "has 0 bytes"),
+        (&[0; 100_001], "has 100001 bytes"),
+        (b"no model at all, just text", "not a usable ONNX file"),
+        (&good[..good.len() / 2], "not a usable ONNX file"),
+    ];
+    for (bytes, expected) in cases {
+        let (_folder, path) = write(bytes);
+        let message = load(&path);
+        assert!(message.contains(expected), "{message}");
+        assert!(message.contains("model.onnx"), "{message}");
+    }
+}
+
+#[test]
+fn a_wrong_interface_is_refused_with_what_was_found() {
+    let fault = Fault {
+        input: "cloud",
+        ..Fault::default()
+    };
+    let message = refusal(&fault);
+    assert!(message.contains("the input is `cloud`"), "{message}");
+    let longer = [
+        BATCH,
+        Dimension::Fixed(3),
+        Dimension::Fixed(POINT_COUNT + 1),
+    ];
+    let fault = Fault {
+        input_shape: longer,
+        ..Fault::default()
+    };
+    let message = refusal(&fault);
+    assert!(
+        message.contains("3, 5") && message.contains("[-1, 3, 4]"),
+        "{message}"
+    );
+    let fault = Fault {
+        output: "scores",
+        ..Fault::default()
+    };
+    assert!(refusal(&fault).contains("the output is `scores`"));
+    let fault = Fault {
+        output_size: 3,
+        ..Fault::default()
+    };
+    assert!(refusal(&fault).contains("[-1, 2]"));
+}
+
+#[test]
+fn missing_and_wrong_metadata_is_named() {
+    for key in metadata().to_entries().map(|(key, _)| key) {
+        let mut fault = Fault::default();
+        fault.entries.retain(|entry| entry.0 != key);
+        let message = refusal(&fault);
+        assert!(
+            message.contains(&format!("metadata key `{key}` is missing")),
+            "{message}"
+        );
+        assert!(message.contains("model.onnx"), "{message}");
+    }
+    let mut fault = Fault::default();
+    fault.entries[1].1 = "-5".to_owned();
+    let message = refusal(&fault);
+    assert!(message.contains("`point_count` is \"-5\""), "{message}");
+}
+
+#[test]
+fn openvino_answers_as_the_cpu_does() {
+    let (_folder, path) = write(&model_bytes(&Fault::default()));
+    let mut cpu = Model::load(&path, Provider::Cpu, "CPU").unwrap();
+    let mut openvino = Model::load(&path, Provider::OpenVino, "CPU").unwrap();
+    assert_eq!(
+        (openvino.provider(), openvino.fallback_reason()),
+        ("openvino:CPU", None)
+    );
+    let points = stick(Vector3::new(0.5, 0.1, 0.45));
+    let expected = cpu.classify(&points, &Vector3::z()).unwrap().probabilities;
+    let found = openvino
+        .classify(&points, &Vector3::z())
+        .unwrap()
+        .probabilities;
+    for (a, b) in expected.iter().zip(&found) {
+        assert!((a - b).abs() < 1e-4, "{expected:?} {found:?}");
+    }
+}
+
+#[test]
+fn a_device_that_cannot_start_falls_back_to_the_cpu_and_says_so() {
+    let (_folder, path) = write(&model_bytes(&Fault::default()));
+    let mut model = Model::load(&path, Provider::OpenVino, "NO_SUCH_DEVICE").unwrap();
+    assert_eq!(model.provider(), "cpu");
+    let reason = model.fallback_reason().unwrap().to_owned();
+    assert!(
+        reason.starts_with("openvino:NO_SUCH_DEVICE cannot start: "),
+        "{reason}"
+    );
+    assert_eq!(
+        model
+            .classify(&stick(Vector3::z()), &Vector3::z())
+            .unwrap()
+            .label,
+        "tall"
+    );
+}

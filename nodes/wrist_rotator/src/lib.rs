@@ -1,0 +1,18 @@
+//! Turns the wrist joint W2 of a Baxter, safely: what to command, when to refuse, when it has arrived. Without ROS.
+//!
+//! [`Monitor`] gathers what the robot says; [`Motion`] turns it into one command each tick, or into the reason to stop
+//! commanding. Nothing here enables, resets or otherwise talks a robot into moving. Radians and seconds throughout.
+
+mod arrival;
+mod guard;
+mod monitor;
+mod motion;
+mod parameters;
+mod trajectory;
+
+pub use arrival::{Arrival, Arrived};
+pub use guard::{Guard, Refusal};
+pub use monitor::{Aged, JointSample, Monitor, RobotState, Snapshot};
+pub use motion::{Motion, MotionError, Step};
+pub use parameters::{JOINTS_PER_ARM, ParameterError, Parameters, Side, W2};
+pub use trajectory::Trajectory;

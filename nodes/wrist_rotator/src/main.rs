@@ -1,0 +1,135 @@
+//! The wrist rotator as a ROS node: service `rotate_wrist`.
+
+mod rotator;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use msg::baxter_core_msgs::{
+    AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState,
+};
+use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
+use msg::sensor_msgs::JointState;
+use node::{Expect, Level, Node, Subscriber};
+use rotator::Rotator;
+use tokio::runtime::Handle;
+use wrist_rotator::{Guard, Parameters, RobotState};
+
+const HEALTH_PERIOD: Duration = Duration::from_secs(1);
+/// Several layouts share the topic of the joint states; a queue of one would let a gripper's push out the arm's.
+const JOINT_STATES: Expect = Expect {
+    queue: 8,
+    ..Expect::STATE
+};
+
+fn main() -> ExitCode {
+    node::run("wrist_rotator", run)
+}
+
+async fn run(node: Node) -> anyhow::Result<()> {
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let rotator = Arc::new(Rotator::new(&node, &parameters)?);
+    let _subscribers = listen(&node, &rotator, parameters.side.name())?;
+    let runtime = Handle::current();
+    let _service = node.serve::<RotateWrist>("rotate_wrist", {
+        let rotator = Arc::clone(&rotator);
+        move |RotateWristReq { angle }| Ok(runtime.block_on(rotate(&rotator, angle)))
+    })?;
+    tokio::select! {
+        () = report_health(&node, &rotator, &parameters) => {}
+        () = node.until_shutdown() => {}
+    }
+    // The links go down only once nothing moves.
+    rotator.stop().await;
+    Ok(())
+}
+
+async fn rotate(rotator: &Rotator, target_rad: f64) -> RotateWristRes {
+    match rotator.turn(target_rad).await {
+        Ok(arrived) => {
+            let at_rest = rotator::from_stamp(arrived.at_rest);
+            RotateWristRes {
+                success: true,
+                error: String::new(),
+                angle: arrived.angle_rad,
+                at_rest,
+            }
+        }
+        Err(error) => {
+            log::warn!("rotate_wrist to {target_rad:.3} rad: {error}");
+            let angle = rotator.angle_rad().unwrap_or(f64::NAN);
+            RotateWristRes {
+                success: false,
+                error: error.to_string(),
+                angle,
+                ..Default::default()
+            }
+        }
+    }
+}
+
+fn listen(node: &Node, rotator: &Arc<Rotator>, side: &str) -> anyhow::Result<Vec<Subscriber>> {
+    let limb = format!("/robot/limb/{side}");
+    let cuff = format!("/robot/digital_io/{side}_lower_cuff/state");
+    let avoidance = format!("{limb}/collision_avoidance_state");
+    let detection = format!("{limb}/collision_detection_state");
+    let on_joints = on(rotator, |rotator, joints: JointState| {
+        let stamp = rotator::to_stamp(joints.header.stamp);
+        let (names, positions, velocities) = (&joints.name, &joints.position, &joints.velocity);
+        rotator
+            .monitor()
+            .joint_states(names, positions, velocities, stamp, Instant::now());
+    });
+    let on_state = on(rotator, |rotator, state: AssemblyState| {
+        rotator.monitor().state(robot_state(&state), Instant::now());
+    });
+    let on_cuff = on(rotator, |rotator, cuff: DigitalIOState| {
+        rotator
+            .monitor()
+            .cuff(cuff.state == DigitalIOState::PRESSED);
+    });
+    let on_avoidance = on(rotator, |rotator, state: CollisionAvoidanceState| {
+        rotator.monitor().collision_objects(state.collision_object);
+    });
+    let on_detection = on(rotator, |rotator, state: CollisionDetectionState| {
+        rotator.monitor().collision_detected(state.collision_state);
+    });
+    Ok(vec![
+        node.subscribe("/robot/joint_states", JOINT_STATES, on_joints)?,
+        node.subscribe("/robot/state", Expect::STATE, on_state)?,
+        node.subscribe(&cuff, Expect::EVENTS, on_cuff)?,
+        node.subscribe(&avoidance, Expect::EVENTS, on_avoidance)?,
+        node.subscribe(&detection, Expect::EVENTS, on_detection)?,
+    ])
+}
+
+fn on<T, F: Fn(&Rotator, T)>(rotator: &Arc<Rotator>, act: F) -> impl Fn(T) + use<T, F> {
+    let rotator = Arc::clone(rotator);
+    move |message| act(&rotator, message)
+}
+
+fn robot_state(state: &AssemblyState) -> RobotState {
+    RobotState {
+        ready: state.ready,
+        enabled: state.enabled,
+        stopped: state.stopped,
+        error: state.error,
+        estop_button: state.estop_button,
+        estop_source: state.estop_source,
+    }
+}
+
+/// Tells diagnostics whether the wrist could be turned now, and if not, why.
+async fn report_health(node: &Node, rotator: &Rotator, parameters: &Parameters) {
+    let guard = Guard::new(parameters);
+    let mut ticker = tokio::time::interval(HEALTH_PERIOD);
+    loop {
+        ticker.tick().await;
+        let checked = guard.check(rotator.monitor().snapshot(), Instant::now());
+        match checked {
+            Ok(_) => node.health().set("arm", Level::Ok, "may move"),
+            Err(refusal) => node.health().set("arm", Level::Warn, refusal.to_string()),
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Settings of the wrist rotator.
+
+use serde::{Deserialize, Serialize};
+
+/// Joints in an arm.
+pub const JOINTS_PER_ARM: usize = 7;
+/// Index of W2 among an arm's joints.
+pub const W2: usize = 6;
+
+/// Which arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The robot's own left.
+    Left,
+    /// The robot's own right.
+    Right,
+}
+
+impl Side {
+    /// As in topic and joint names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
+    /// Joint names in the robot's order: s0, s1, e0, e1, w0, w1, w2.
+    pub fn joint_names(self) -> [&'static str; JOINTS_PER_ARM] {
+        match self {
+            Self::Left => [
+                "left_s0", "left_s1", "left_e0", "left_e1", "left_w0", "left_w1", "left_w2",
+            ],
+            Self::Right => [
+                "right_s0", "right_s1", "right_e0", "right_e1", "right_w0", "right_w1", "right_w2",
+            ],
+        }
+    }
+}
+
+/// Settings, with defaults for W2 of a Baxter that holds a light object.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Arm whose W2 is turned.
+    pub side: Side,
+    /// Commands sent per second. The robot lets go at 5.
+    pub rate_hz: f64,
+    /// Speed ratio that the robot is told before each motion; it would otherwise keep that of its last client.
+    pub speed_ratio: f64,
+    /// Largest speed of the commanded angle; less than the speed ratio times the joint's limit, so that the arm keeps up.
+    pub velocity_max_rad_s: f64,
+    /// Largest acceleration of the commanded angle.
+    pub acceleration_max_rad_s2: f64,
+    /// Time in which the acceleration builds up; the jerk is the acceleration divided by it.
+    pub jerk_time_s: f64,
+    /// Lower end of the joint's range, as in the robot's URDF.
+    pub angle_min_rad: f64,
+    /// Upper end of the joint's range.
+    pub angle_max_rad: f64,
+    /// The joint's velocity limit, as in the robot's URDF.
+    pub joint_velocity_max_rad_s: f64,
+    /// Distance from the target that counts as there.
+    pub tolerance_rad: f64,
+    /// Speed that counts as rest.
+    pub rest_velocity_rad_s: f64,
+    /// Time for which the joint must be there and at rest.
+    pub dwell_s: f64,
+    /// Time allowed beyond the trajectory's own before the motion is given up.
+    pub deadline_margin_s: f64,
+    /// Distance between commanded and measured angle at which the motion is given up.
+    pub following_error_max_rad: f64,
+    /// Age at which `/robot/state` is too old to move on.
+    pub state_age_max_s: f64,
+    /// Age at which joint angles are too old to move on.
+    pub joints_age_max_s: f64,
+    /// Refuse while `/robot/state` does not say ready? Firmware 1.1 and the maker's emulator never say so.
+    pub require_ready: bool,
+    /// Move although `/robot/state` reports an error? It may be one that does not concern the arm.
+    pub tolerate_error: bool,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            side: Side::Left,
+            rate_hz: 100.0,
+            speed_ratio: 0.3,
+            velocity_max_rad_s: 1.0,
+            acceleration_max_rad_s2: 5.0,
+            jerk_time_s: 0.06,
+            angle_min_rad: -3.059,
+            angle_max_rad: 3.059,
+            joint_velocity_max_rad_s: 4.0,
+            tolerance_rad: 0.008_726_646,
+            rest_velocity_rad_s: 0.02,
+            dwell_s: 0.1,
+            deadline_margin_s: 2.0,
+            following_error_max_rad: 0.2,
+            state_age_max_s: 0.5,
+            joints_age_max_s: 0.2,
+            require_ready: false,
+            tolerate_error: false,
+        }
+    }
+}
+
+/// A setting out of its range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("parameter {name} is {value}; allowed are {lower} to {upper}")]
+pub struct ParameterError {
+    /// Parameter.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Smallest allowed value.
+    pub lower: f64,
+    /// Largest allowed value.
+    pub upper: f64,
+}
+
+impl Parameters {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        let reachable_rad_s = self.speed_ratio * self.joint_velocity_max_rad_s;
+        let ranges = [
+            ("rate_hz", self.rate_hz, 10.0, 1000.0),
+            ("speed_ratio", self.speed_ratio, 0.01, 1.0),
+            (
+                "joint_velocity_max_rad_s",
+                self.joint_velocity_max_rad_s,
+                0.1,
+                10.0,
+            ),
+            (
+                "velocity_max_rad_s",
+                self.velocity_max_rad_s,
+                0.01,
+                reachable_rad_s,
+            ),
+            (
+                "acceleration_max_rad_s2",
+                self.acceleration_max_rad_s2,
+                0.01,
+                100.0,
+            ),
+            ("jerk_time_s", self.jerk_time_s, 0.0, 1.0),
+            ("angle_min_rad", self.angle_min_rad, -3.2, 3.2),
+            ("angle_max_rad", self.angle_max_rad, self.angle_min_rad, 3.2),
+            ("tolerance_rad", self.tolerance_rad, 1e-4, 0.2),
+            ("rest_velocity_rad_s", self.rest_velocity_rad_s, 1e-3, 1.0),
+            ("dwell_s", self.dwell_s, 0.0, 5.0),
+            ("deadline_margin_s", self.deadline_margin_s, 0.1, 60.0),
+            (
+                "following_error_max_rad",
+                self.following_error_max_rad,
+                0.02,
+                1.0,
+            ),
+            ("state_age_max_s", self.state_age_max_s, 0.02, 5.0),
+            ("joints_age_max_s", self.joints_age_max_s, 0.02, 5.0),
+        ];
+        for (name, value, lower, upper) in ranges {
+            // Written so that NaN fails.
+            if !(value >= lower && value <= upper) {
+                return Err(ParameterError {
+                    name,
+                    value,
+                    lower,
+                    upper,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_faults_are_named() {
+        Parameters::default().validate().unwrap();
+        let too_fast = Parameters {
+            velocity_max_rad_s: 1.3,
+            ..Default::default()
+        };
+        let text = too_fast.validate().unwrap_err().to_string();
+        assert!(
+            text.contains("velocity_max_rad_s is 1.3") && text.contains("1.2"),
+            "{text}"
+        );
+        let no_number = Parameters {
+            dwell_s: f64::NAN,
+            ..Default::default()
+        };
+        assert_eq!(no_number.validate().unwrap_err().name, "dwell_s");
+    }
+
+    #[test]
+    fn sides_are_lower_case_and_unknown_keys_are_refused() {
+        let right: Parameters = serde_yaml::from_str("side: right").unwrap();
+        assert_eq!(right.side.joint_names()[W2], "right_w2");
+        assert!(serde_yaml::from_str::<Parameters>("sides: right").is_err());
+    }
+}

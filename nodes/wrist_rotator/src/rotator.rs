@@ -1,0 +1,164 @@
+//! Turns on request, one at a time.
+
+use std::convert::Infallible;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use msg::Time;
+use msg::baxter_core_msgs::JointCommand;
+use msg::std_msgs::Float64;
+use node::{Latch, Node, Publisher};
+use tokio::sync::watch;
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
+use wrist_rotator::{Arrived, Monitor, Motion, MotionError, Parameters, Refusal, Step, W2};
+
+/// How long the master has to say who else commands the arm.
+const MASTER_DEADLINE: Duration = Duration::from_secs(1);
+/// Pause between such questions during a motion.
+const MASTER_PERIOD: Duration = Duration::from_millis(500);
+
+/// Why a turn failed.
+#[derive(Debug, thiserror::Error)]
+pub enum TurnError {
+    /// It must not start.
+    #[error("not moved: {0}")]
+    Refused(#[from] Refusal),
+    /// It had to end before its target.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// One turn at a time.
+    #[error("not moved: the wrist is already turning; wait for its end")]
+    Busy,
+    /// The node was told to end.
+    #[error("motion stopped: the wrist rotator is shutting down")]
+    Shutdown,
+}
+
+/// The wrist and all that is known of it.
+pub struct Rotator {
+    node: Node,
+    parameters: Parameters,
+    monitor: Mutex<Monitor>,
+    command: Publisher<JointCommand>,
+    speed_ratio: Publisher<Float64>,
+    command_topic: String,
+    joint_names: Vec<String>,
+    /// Held while a motion is under way.
+    turning: tokio::sync::Mutex<()>,
+    shutdown: watch::Sender<bool>,
+}
+
+impl Rotator {
+    pub fn new(node: &Node, parameters: &Parameters) -> anyhow::Result<Self> {
+        let limb = format!("/robot/limb/{}", parameters.side.name());
+        let command_topic = format!("{limb}/joint_command");
+        Ok(Self {
+            node: node.clone(),
+            parameters: parameters.clone(),
+            monitor: Mutex::new(Monitor::new(parameters.side)),
+            // An old command is worse than none.
+            command: node.publish(&command_topic, 1, Latch::No)?,
+            speed_ratio: node.publish(&format!("{limb}/set_speed_ratio"), 1, Latch::No)?,
+            command_topic,
+            joint_names: parameters.side.joint_names().map(String::from).to_vec(),
+            turning: tokio::sync::Mutex::new(()),
+            shutdown: watch::Sender::new(false),
+        })
+    }
+
+    /// What the robot says of itself; to be held but for a moment.
+    pub fn monitor(&self) -> MutexGuard<'_, Monitor> {
+        self.monitor.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Last measured angle of W2.
+    pub fn angle_rad(&self) -> Option<f64> {
+        self.monitor().snapshot().joints[W2].map(|sample| sample.value.angle_rad)
+    }
+
+    /// Turns W2 to `target_rad` and returns once it is at rest there.
+    pub async fn turn(&self, target_rad: f64) -> Result<Arrived, TurnError> {
+        let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
+        let mut shutdown = self.shutdown.subscribe();
+        self.ask_for_other_publishers().await;
+        self.speed_ratio.send(Float64 {
+            data: self.parameters.speed_ratio,
+        });
+        let motion = Motion::start(
+            &self.parameters,
+            self.monitor().snapshot(),
+            target_rad,
+            Instant::now(),
+        );
+        let motion = motion?;
+        tokio::select! {
+            // In this order, so that no command follows an order to stop.
+            biased;
+            _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
+            never = self.watch_other_publishers() => match never {},
+            arrived = self.carry_out(motion) => Ok(arrived?),
+        }
+    }
+
+    /// Ends a motion under way, if any, and allows no more.
+    pub async fn stop(&self) {
+        self.shutdown.send_replace(true);
+        let _still = self.turning.lock().await;
+    }
+
+    /// Commands the motion tick by tick. Where it ends for any reason the robot holds: its commanded angle is never far
+    /// ahead of where it is, and no message means stay.
+    async fn carry_out(&self, mut motion: Motion) -> Result<Arrived, MotionError> {
+        let mut ticker = interval(Duration::from_secs_f64(1.0 / self.parameters.rate_hz));
+        ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        loop {
+            ticker.tick().await;
+            let step = motion.step(self.monitor().snapshot(), Instant::now());
+            match step? {
+                Step::Arrived(arrived) => return Ok(arrived),
+                Step::Command(angles_rad) => self.command.send(JointCommand {
+                    mode: JointCommand::POSITION_MODE,
+                    command: angles_rad.to_vec(),
+                    names: self.joint_names.clone(),
+                }),
+            }
+        }
+    }
+
+    async fn watch_other_publishers(&self) -> Infallible {
+        loop {
+            sleep(MASTER_PERIOD).await;
+            self.ask_for_other_publishers().await;
+        }
+    }
+
+    async fn ask_for_other_publishers(&self) {
+        let (node, topic) = (self.node.clone(), self.command_topic.clone());
+        let question = tokio::task::spawn_blocking(move || other_publishers(&node, &topic));
+        let answer = timeout(MASTER_DEADLINE, question).await;
+        self.monitor()
+            .other_publishers(answer.ok().and_then(Result::ok).flatten());
+    }
+}
+
+/// Nodes besides this one that publish `topic`; `None` where the master does not say.
+fn other_publishers(node: &Node, topic: &str) -> Option<Vec<String>> {
+    let own_name = node.name();
+    let mut publishers = node.publishers_of(topic).ok()?;
+    publishers.retain(|name| *name != own_name);
+    Some(publishers)
+}
+
+/// A stamp as time since the epoch.
+pub fn to_stamp(time: Time) -> Duration {
+    Duration::new(u64::from(time.sec), time.nsec)
+}
+
+/// The reverse of [`to_stamp`].
+pub fn from_stamp(stamp: Duration) -> Time {
+    // ROS 1 counts seconds in 32 bits.
+    Time {
+        sec: stamp.as_secs() as u32,
+        nsec: stamp.subsec_nanos(),
+    }
+}

@@ -1,0 +1,268 @@
+//! Each rule of refusal, alone, before and during a motion.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::time::{Duration, Instant};
+
+use wrist_rotator::{
+    Guard, Monitor, Motion, MotionError, Parameters, Refusal, RobotState, Side, Snapshot, W2,
+};
+
+const HEALTHY: RobotState = RobotState {
+    ready: true,
+    enabled: true,
+    stopped: false,
+    error: false,
+    estop_button: 0,
+    estop_source: 0,
+};
+
+/// A robot that may move, as seen at `now`.
+fn healthy(now: Instant) -> Monitor {
+    let mut monitor = Monitor::new(Side::Left);
+    monitor.state(HEALTHY, now);
+    let names = Side::Left.joint_names().map(String::from);
+    monitor.joint_states(&names, &[0.1; 7], &[0.0; 7], Duration::from_secs(100), now);
+    monitor.other_publishers(Some(vec![]));
+    monitor
+}
+
+fn refusal(parameters: &Parameters, spoil: impl Fn(&mut Monitor, Instant)) -> Option<Refusal> {
+    let now = Instant::now() + Duration::from_secs(10);
+    let mut monitor = healthy(now);
+    spoil(&mut monitor, now);
+    let at_start = Motion::start(parameters, monitor.snapshot(), 0.5, now).err();
+    let mut motion = Motion::start(parameters, healthy(now).snapshot(), 0.5, now).unwrap();
+    let in_motion = motion
+        .step(monitor.snapshot(), now + Duration::from_millis(10))
+        .err();
+    match (&at_start, &in_motion) {
+        (Some(Refusal::PublishersUnknown), None) => {}
+        // Ages differ by the tick; the kind must be the same.
+        (Some(start), Some(MotionError::Refused(running))) => {
+            assert_eq!(
+                std::mem::discriminant(start),
+                std::mem::discriminant(running)
+            );
+        }
+        (None, None) => {}
+        other => panic!("start and motion disagree: {other:?}"),
+    }
+    at_start
+}
+
+fn refused(spoil: impl Fn(&mut Monitor, Instant)) -> Refusal {
+    refusal(&Parameters::default(), spoil).unwrap()
+}
+
+#[test]
+fn a_healthy_robot_may_move() {
+    assert_eq!(refusal(&Parameters::default(), |_, _| {}), None);
+}
+
+#[test]
+fn nothing_heard_is_named() {
+    let now = Instant::now();
+    let guard = Guard::new(&Parameters::default());
+    let refusal = guard
+        .check_start(&Snapshot::default(), 0.0, now)
+        .unwrap_err();
+    assert_eq!(refusal, Refusal::StateAbsent);
+    let mut monitor = Monitor::new(Side::Left);
+    monitor.state(HEALTHY, now);
+    let refusal = guard
+        .check_start(monitor.snapshot(), 0.0, now)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refusal.contains("left_s0") && refusal.contains("left_w2"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn old_news_is_refused_with_its_age() {
+    let state = refused(|monitor, now| monitor.state(HEALTHY, now - Duration::from_millis(510)));
+    assert!(matches!(state, Refusal::StateStale { age_s, .. } if (age_s - 0.51).abs() < 1e-6));
+    let joints = refused(|monitor, now| {
+        let names = ["left_e1".to_owned()];
+        let received = now - Duration::from_millis(250);
+        monitor.joint_states(&names, &[0.1], &[], Duration::from_secs(100), received);
+    });
+    assert!(
+        matches!(
+            joints,
+            Refusal::JointsStale {
+                joint: "left_e1",
+                ..
+            }
+        ),
+        "{joints}"
+    );
+}
+
+#[test]
+fn each_bad_state_is_refused_by_its_name() {
+    let with = |state: RobotState| refused(move |monitor, now| monitor.state(state, now));
+    assert_eq!(
+        with(RobotState {
+            enabled: false,
+            ..HEALTHY
+        }),
+        Refusal::NotEnabled
+    );
+    assert_eq!(
+        with(RobotState {
+            stopped: true,
+            ..HEALTHY
+        }),
+        Refusal::Stopped
+    );
+    assert_eq!(
+        with(RobotState {
+            error: true,
+            ..HEALTHY
+        }),
+        Refusal::Error
+    );
+    let pressed = RobotState {
+        enabled: false,
+        stopped: true,
+        estop_button: 1,
+        ..HEALTHY
+    };
+    let text = with(RobotState {
+        estop_source: 1,
+        ..pressed
+    })
+    .to_string();
+    assert!(text.contains("button pressed, source user"), "{text}");
+    let text = with(RobotState {
+        estop_button: 3,
+        ..HEALTHY
+    })
+    .to_string();
+    assert!(text.contains("released"), "{text}");
+    let text = with(RobotState {
+        estop_source: 77,
+        ..HEALTHY
+    })
+    .to_string();
+    assert!(text.contains("source 77"), "{text}");
+}
+
+#[test]
+fn ready_and_error_are_policies() {
+    let not_ready = |monitor: &mut Monitor, now| {
+        monitor.state(
+            RobotState {
+                ready: false,
+                ..HEALTHY
+            },
+            now,
+        );
+    };
+    assert_eq!(refusal(&Parameters::default(), not_ready), None);
+    let strict = Parameters {
+        require_ready: true,
+        ..Default::default()
+    };
+    assert_eq!(refusal(&strict, not_ready), Some(Refusal::NotReady));
+    let error = |monitor: &mut Monitor, now| {
+        monitor.state(
+            RobotState {
+                error: true,
+                ..HEALTHY
+            },
+            now,
+        );
+    };
+    let lenient = Parameters {
+        tolerate_error: true,
+        ..Default::default()
+    };
+    assert_eq!(refusal(&lenient, error), None);
+}
+
+#[test]
+fn targets_out_of_range_or_not_finite_are_refused() {
+    let now = Instant::now();
+    let monitor = healthy(now);
+    let start = |target_rad| {
+        Motion::start(&Parameters::default(), monitor.snapshot(), target_rad, now).err()
+    };
+    assert!(matches!(
+        start(f64::NAN),
+        Some(Refusal::TargetNotFinite { .. })
+    ));
+    assert!(matches!(
+        start(f64::INFINITY),
+        Some(Refusal::TargetNotFinite { .. })
+    ));
+    assert!(matches!(
+        start(3.06),
+        Some(Refusal::TargetOutsideLimits { .. })
+    ));
+    assert!(matches!(
+        start(-3.06),
+        Some(Refusal::TargetOutsideLimits { .. })
+    ));
+    assert_eq!(start(3.059), None);
+}
+
+#[test]
+fn other_commanders_cuff_and_collisions_are_refused() {
+    let other = refused(|monitor, _| monitor.other_publishers(Some(vec!["/tuck_arms".into()])));
+    assert!(other.to_string().contains("/tuck_arms"));
+    let unknown = refused(|monitor, _| monitor.other_publishers(None));
+    assert_eq!(unknown, Refusal::PublishersUnknown);
+    assert_eq!(refused(|monitor, _| monitor.cuff(true)), Refusal::CuffHeld);
+    let near = refused(|monitor, _| monitor.collision_objects(vec!["right_wrist".into()]));
+    assert!(near.to_string().contains("right_wrist"));
+    let impact = refused(|monitor, _| monitor.collision_detected(true));
+    assert!(matches!(impact, Refusal::Collision { .. }));
+}
+
+#[test]
+fn an_angle_that_is_no_number_is_refused() {
+    let refusal = refused(|monitor, now| {
+        let names = ["left_w0".to_owned()];
+        monitor.joint_states(&names, &[f64::NAN], &[], Duration::from_secs(100), now);
+    });
+    assert!(matches!(
+        refusal,
+        Refusal::JointNotFinite {
+            joint: "left_w0",
+            ..
+        }
+    ));
+}
+
+#[test]
+fn joints_are_found_by_name_in_any_layout() {
+    let now = Instant::now();
+    let mut monitor = healthy(now);
+    let stamp = Duration::from_secs(101);
+    monitor.joint_states(
+        &["l_gripper_l_finger_joint".into()],
+        &[0.02],
+        &[],
+        stamp,
+        now,
+    );
+    let names = [
+        "torso_t0".to_owned(),
+        "left_w2".to_owned(),
+        "left_s0".to_owned(),
+    ];
+    monitor.joint_states(&names, &[-12.566, 0.4], &[0.0], stamp, now);
+    let sample = |index: usize| monitor.snapshot().joints[index].unwrap().value;
+    assert_eq!(
+        (sample(W2).angle_rad, sample(W2).velocity_rad_s),
+        (0.4, None)
+    );
+    assert_eq!(
+        sample(0).angle_rad,
+        0.1,
+        "the message was too short to hold left_s0"
+    );
+}

@@ -1,0 +1,233 @@
+//! The robot's state machine: enabling, stopping, resetting, emergency stop.
+
+/// Position of the emergency stop button.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum EstopButton {
+    /// At rest.
+    Unpressed = 0,
+    /// Held down.
+    Pressed = 1,
+    /// Stopped by software.
+    Unknown = 2,
+    /// Let go, but the robot has not been reset since.
+    Released = 3,
+}
+
+/// What stopped the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum EstopSource {
+    /// Nothing.
+    None = 0,
+    /// A person, by the button.
+    User = 1,
+    /// Not known; so after a stop by software.
+    Unknown = 2,
+    /// A fault of a part.
+    Fault = 3,
+    /// A fault of the main computer.
+    Brain = 4,
+}
+
+/// What `/robot/state` says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AssemblyState {
+    /// Enabled and fit to work. Some firmware never says so.
+    pub ready: bool,
+    /// Joints are powered.
+    pub enabled: bool,
+    /// Stopped by button, software or fault.
+    pub stopped: bool,
+    /// A fault; not always fatal.
+    pub error: bool,
+    /// Button.
+    pub estop_button: EstopButton,
+    /// Cause of the stop.
+    pub estop_source: EstopSource,
+}
+
+/// The state machine. Requests come as the topics `/robot/set_super_{enable,reset,stop}` bring them.
+#[derive(Debug, Clone)]
+pub struct Assembly {
+    state: AssemblyState,
+    reports_ready: bool,
+    enabling_s: f64,
+    /// Time until the joints are powered, while enabling.
+    enabled_in_s: Option<f64>,
+}
+
+impl Assembly {
+    pub(crate) fn new(enabled: bool, reports_ready: bool, enabling_s: f64) -> Self {
+        let state = AssemblyState {
+            ready: enabled && reports_ready,
+            enabled,
+            stopped: false,
+            error: false,
+            estop_button: EstopButton::Unpressed,
+            estop_source: EstopSource::None,
+        };
+        Self {
+            state,
+            reports_ready,
+            enabling_s,
+            enabled_in_s: None,
+        }
+    }
+
+    /// As published.
+    pub fn state(&self) -> AssemblyState {
+        self.state
+    }
+
+    /// May the joints move?
+    pub fn allows_motion(&self) -> bool {
+        self.state.enabled && !self.state.stopped
+    }
+
+    /// Enables, which takes a moment, or disables at once. A stopped robot must be reset before.
+    pub fn enable(&mut self, enable: bool) {
+        if !enable {
+            self.disable();
+        } else if !self.state.enabled && !self.state.stopped && self.enabled_in_s.is_none() {
+            self.enabled_in_s = Some(self.enabling_s);
+        }
+    }
+
+    /// Clears stop and error and leaves the robot disabled. In vain while the button is held down.
+    pub fn reset(&mut self) {
+        if self.state.estop_button == EstopButton::Pressed {
+            return;
+        }
+        self.disable();
+        self.state.stopped = false;
+        self.state.error = false;
+        self.state.estop_button = EstopButton::Unpressed;
+        self.state.estop_source = EstopSource::None;
+    }
+
+    /// Stops by software. Does not disturb what a held or released button says.
+    pub fn stop(&mut self) {
+        self.disable();
+        self.state.stopped = true;
+        if self.state.estop_button == EstopButton::Unpressed {
+            self.state.estop_button = EstopButton::Unknown;
+            self.state.estop_source = EstopSource::Unknown;
+        }
+    }
+
+    /// Presses the emergency stop button.
+    pub fn press_estop(&mut self) {
+        self.disable();
+        self.state.stopped = true;
+        self.state.estop_button = EstopButton::Pressed;
+        self.state.estop_source = EstopSource::User;
+    }
+
+    /// Lets the button go; the robot stays stopped until it is reset.
+    pub fn release_estop(&mut self) {
+        if self.state.estop_button == EstopButton::Pressed {
+            self.state.estop_button = EstopButton::Released;
+        }
+    }
+
+    /// A part fails: stopped, with an error.
+    pub fn fail(&mut self) {
+        self.disable();
+        self.state.stopped = true;
+        self.state.error = true;
+        self.state.estop_source = EstopSource::Fault;
+    }
+
+    /// Sets or clears an error that does not stop the robot.
+    pub fn set_error(&mut self, error: bool) {
+        self.state.error = error;
+    }
+
+    pub(crate) fn step(&mut self, dt_s: f64) {
+        let Some(remaining_s) = self.enabled_in_s else {
+            return;
+        };
+        if remaining_s > dt_s {
+            self.enabled_in_s = Some(remaining_s - dt_s);
+            return;
+        }
+        self.enabled_in_s = None;
+        self.state.enabled = true;
+        self.state.ready = self.reports_ready;
+    }
+
+    fn disable(&mut self) {
+        self.enabled_in_s = None;
+        self.state.enabled = false;
+        self.state.ready = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enabling_takes_a_moment_and_disabling_none() {
+        let mut robot = Assembly::new(false, true, 0.3);
+        robot.enable(true);
+        robot.step(0.2);
+        robot.enable(true);
+        assert!(!robot.state().enabled);
+        robot.step(0.11);
+        assert!(robot.state().enabled && robot.state().ready);
+        robot.enable(false);
+        assert!(!robot.state().enabled && !robot.state().ready);
+    }
+
+    #[test]
+    fn a_stopped_robot_is_enabled_only_after_a_reset() {
+        let mut robot = Assembly::new(true, true, 0.3);
+        robot.stop();
+        assert_eq!(robot.state().estop_button, EstopButton::Unknown);
+        robot.enable(true);
+        robot.step(1.0);
+        assert!(!robot.state().enabled && robot.state().stopped);
+        robot.reset();
+        assert!(!robot.state().stopped && !robot.state().enabled);
+        assert_eq!(robot.state().estop_source, EstopSource::None);
+        robot.enable(true);
+        robot.step(1.0);
+        assert!(robot.allows_motion());
+    }
+
+    #[test]
+    fn a_held_button_defies_reset_and_a_released_one_waits_for_it() {
+        let mut robot = Assembly::new(true, true, 0.3);
+        robot.press_estop();
+        robot.reset();
+        assert!(robot.state().stopped);
+        assert_eq!(robot.state().estop_source, EstopSource::User);
+        robot.release_estop();
+        assert_eq!(robot.state().estop_button, EstopButton::Released);
+        assert!(robot.state().stopped);
+        robot.reset();
+        assert_eq!(robot.state().estop_button, EstopButton::Unpressed);
+        assert!(!robot.state().stopped);
+    }
+
+    #[test]
+    fn a_stop_revokes_an_enabling_under_way() {
+        let mut robot = Assembly::new(false, true, 0.3);
+        robot.enable(true);
+        robot.stop();
+        robot.step(1.0);
+        assert!(!robot.state().enabled);
+    }
+
+    #[test]
+    fn an_error_may_stand_while_enabled_but_a_failure_stops() {
+        let mut robot = Assembly::new(true, false, 0.3);
+        robot.set_error(true);
+        assert!(robot.allows_motion() && !robot.state().ready);
+        robot.fail();
+        assert!(!robot.allows_motion() && robot.state().error);
+        assert_eq!(robot.state().estop_source, EstopSource::Fault);
+    }
+}

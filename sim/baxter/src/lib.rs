@@ -1,0 +1,28 @@
+//! A simulated Baxter: its kinematics, its arm, its state machine and its electric gripper, without ROS.
+//!
+//! [`Robot`] is the whole machine. Time enters by [`Robot::step`] alone, so that tests need no clock. It is meant to be as
+//! strict as the real robot: it moves only while enabled, never faster than the joint limits times the speed ratio, and
+//! holds still when its commander falls silent. Metres, radians, seconds throughout.
+
+mod arm;
+mod assembly;
+mod gripper;
+mod gripper_command;
+mod kinematics;
+mod parameters;
+mod robot;
+mod scan_pose;
+mod sensors;
+mod tracker;
+mod urdf;
+
+pub use arm::{Arm, CommandError, CommandMode};
+pub use assembly::{Assembly, AssemblyState, EstopButton, EstopSource};
+pub use gripper::{Gripper, GripperState};
+pub use gripper_command::{GripperCommand, GripperCommandError};
+pub use kinematics::{Chain, JOINTS_PER_ARM, Kinematics, Side, arm_joint_names};
+pub use parameters::{ParameterError, Parameters};
+pub use robot::Robot;
+pub use scan_pose::{ScanPose, ScanPoseError};
+pub use sensors::JointStates;
+pub use urdf::{Joint, JointKind, Limits, Urdf, UrdfError};

@@ -1,0 +1,93 @@
+//! The simulated Baxter as a ROS node: the robot's own topics with their own types, and a few private ones that play people
+//! and mishaps.
+//!
+//! | private topic | type | effect |
+//! |---|---|---|
+//! | `~press_estop` | Bool | presses the emergency stop (true) or lets it go (false) |
+//! | `~report_error` | Bool | an error that does not stop the robot |
+//! | `~hold_left_cuff`, `~hold_right_cuff` | Bool | a hand on the cuff |
+//! | `~left_collision_object` | String | what collision avoidance sees near the left arm; empty for nothing |
+//! | `~object_width_m` | Float64 | thickness of what is between the gripper's paddles; 0 for nothing |
+
+mod ears;
+mod voice;
+
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use node::Node;
+use sim_baxter::{Kinematics, Parameters, Robot};
+use tokio::time::{MissedTickBehavior, interval};
+
+/// Longest time made up for after this process was held up. A robot does not move without its controller.
+const CATCH_UP_MAX: Duration = Duration::from_millis(100);
+
+fn main() -> ExitCode {
+    node::run("sim_baxter", run)
+}
+
+async fn run(node: Node) -> anyhow::Result<()> {
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let kinematics = Kinematics::baxter()?;
+    let robot = Robot::new(&parameters, &kinematics).context("cannot start in scan_pose")?;
+    let simulation = Simulation::new(robot);
+    let voice = voice::Voice::new(&node)?;
+    let _subscribers = ears::listen(&node, &simulation)?;
+    let mut ticker = interval(Duration::from_secs_f64(1.0 / parameters.rate_hz));
+    ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let speak = async {
+        for tick in 0_u64.. {
+            ticker.tick().await;
+            voice.speak(&mut simulation.now(), node.clock().now(), tick);
+        }
+    };
+    tokio::select! {
+        () = speak => {}
+        () = node.until_shutdown() => {}
+    }
+    Ok(())
+}
+
+/// A robot in real time. Clones share it.
+#[derive(Clone)]
+struct Simulation {
+    shared: Arc<Mutex<(Robot, Instant)>>,
+}
+
+impl Simulation {
+    fn new(robot: Robot) -> Self {
+        Self {
+            shared: Arc::new(Mutex::new((robot, Instant::now()))),
+        }
+    }
+
+    /// The robot as it is now.
+    fn now(&self) -> Now<'_> {
+        let mut guard = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        let (robot, time) = &mut *guard;
+        let elapsed = time.elapsed();
+        *time += elapsed;
+        robot.step(elapsed.min(CATCH_UP_MAX).as_secs_f64());
+        Now { guard }
+    }
+}
+
+/// The robot, held still while in use.
+struct Now<'a> {
+    guard: MutexGuard<'a, (Robot, Instant)>,
+}
+
+impl std::ops::Deref for Now<'_> {
+    type Target = Robot;
+    fn deref(&self) -> &Robot {
+        &self.guard.0
+    }
+}
+
+impl std::ops::DerefMut for Now<'_> {
+    fn deref_mut(&mut self) -> &mut Robot {
+        &mut self.guard.0
+    }
+}

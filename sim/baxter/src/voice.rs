@@ -1,0 +1,215 @@
+//! What the simulated robot says.
+
+use msg::Time;
+use msg::baxter_core_msgs::{
+    AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState,
+    EndEffectorProperties, EndEffectorState, EndpointState, HeadState,
+};
+use msg::geometry_msgs::{Point, Pose, Quaternion};
+use msg::sensor_msgs::JointState;
+use node::{Latch, Node, Publisher};
+use sim_baxter::{GripperState, JointStates, Robot, Side};
+
+/// Slow topics are spoken each tenth time.
+const SLOW_DIVISOR: u64 = 10;
+
+/// The robot's publishers.
+pub struct Voice {
+    joint_states: Publisher<JointState>,
+    state: Publisher<AssemblyState>,
+    head: Publisher<HeadState>,
+    gripper: Publisher<EndEffectorState>,
+    /// Kept: latched.
+    _gripper_properties: Publisher<EndEffectorProperties>,
+    arms: [ArmVoice; 2],
+}
+
+struct ArmVoice {
+    side: Side,
+    endpoint: Publisher<EndpointState>,
+    cuff: Publisher<DigitalIOState>,
+    collision_avoidance: Publisher<CollisionAvoidanceState>,
+    collision_detection: Publisher<CollisionDetectionState>,
+}
+
+impl Voice {
+    pub fn new(node: &Node) -> anyhow::Result<Self> {
+        let gripper = "/robot/end_effector/left_gripper";
+        let properties = node.publish(&format!("{gripper}/properties"), 1, Latch::Yes)?;
+        properties.send(gripper_properties());
+        Ok(Self {
+            // Two messages a tick share this topic.
+            joint_states: node.publish("/robot/joint_states", 10, Latch::No)?,
+            state: node.publish("/robot/state", 10, Latch::No)?,
+            head: node.publish("/robot/head/head_state", 10, Latch::No)?,
+            gripper: node.publish(&format!("{gripper}/state"), 10, Latch::No)?,
+            _gripper_properties: properties,
+            arms: [
+                ArmVoice::new(node, Side::Left)?,
+                ArmVoice::new(node, Side::Right)?,
+            ],
+        })
+    }
+
+    /// Publishes everything that is due at this tick.
+    pub fn speak(&self, robot: &mut Robot, stamp: Time, tick: u64) {
+        self.joint_states
+            .send(joint_state(robot.joint_states(), stamp));
+        self.joint_states
+            .send(joint_state(robot.finger_joint_states(), stamp));
+        self.state.send(assembly_state(robot));
+        self.gripper
+            .send(gripper_state(robot.gripper.state(), stamp));
+        for arm in &self.arms {
+            arm.endpoint.send(endpoint_state(robot, arm.side, stamp));
+            if tick.is_multiple_of(SLOW_DIVISOR) {
+                arm.speak_slowly(robot, stamp);
+            }
+        }
+        if tick.is_multiple_of(SLOW_DIVISOR) {
+            self.head.send(head_state(robot));
+        }
+    }
+}
+
+impl ArmVoice {
+    fn new(node: &Node, side: Side) -> anyhow::Result<Self> {
+        let name = side.name();
+        let topic = |suffix: &str| format!("/robot/limb/{name}/{suffix}");
+        let cuff = format!("/robot/digital_io/{name}_lower_cuff/state");
+        Ok(Self {
+            side,
+            endpoint: node.publish(&topic("endpoint_state"), 10, Latch::No)?,
+            cuff: node.publish(&cuff, 10, Latch::No)?,
+            collision_avoidance: node.publish(
+                &topic("collision_avoidance_state"),
+                10,
+                Latch::No,
+            )?,
+            collision_detection: node.publish(
+                &topic("collision_detection_state"),
+                10,
+                Latch::No,
+            )?,
+        })
+    }
+
+    fn speak_slowly(&self, robot: &Robot, stamp: Time) {
+        let state = robot.cuff_held(self.side) as i8;
+        self.cuff.send(DigitalIOState {
+            state,
+            isInputOnly: true,
+        });
+        let mut avoidance = CollisionAvoidanceState {
+            collision_object: robot.collision_objects(self.side).to_vec(),
+            ..Default::default()
+        };
+        avoidance.header.stamp = stamp;
+        self.collision_avoidance.send(avoidance);
+        let mut detection = CollisionDetectionState::default();
+        detection.header.stamp = stamp;
+        self.collision_detection.send(detection);
+    }
+}
+
+fn joint_state(states: JointStates, stamp: Time) -> JointState {
+    let mut message = JointState {
+        name: states.names.into_iter().map(String::from).collect(),
+        position: states.positions,
+        velocity: states.velocities,
+        effort: states.efforts,
+        ..Default::default()
+    };
+    message.header.stamp = stamp;
+    message
+}
+
+fn assembly_state(robot: &Robot) -> AssemblyState {
+    let state = robot.assembly.state();
+    AssemblyState {
+        ready: state.ready,
+        enabled: state.enabled,
+        stopped: state.stopped,
+        error: state.error,
+        estop_button: state.estop_button as u8,
+        estop_source: state.estop_source as u8,
+    }
+}
+
+fn endpoint_state(robot: &Robot, side: Side, stamp: Time) -> EndpointState {
+    let base_from_gripper = robot.base_from_gripper(side);
+    let at = base_from_gripper.translation.vector;
+    let turn = base_from_gripper.rotation;
+    let mut message = EndpointState {
+        pose: Pose {
+            position: Point {
+                x: at.x,
+                y: at.y,
+                z: at.z,
+            },
+            orientation: Quaternion {
+                x: turn.i,
+                y: turn.j,
+                z: turn.k,
+                w: turn.w,
+            },
+        },
+        ..Default::default()
+    };
+    message.header.stamp = stamp;
+    message.header.frame_id = "base".into();
+    message
+}
+
+fn head_state(robot: &Robot) -> HeadState {
+    let (pan_rad, turning) = robot.head_pan();
+    HeadState {
+        pan: pan_rad as f32,
+        isTurning: turning,
+        isNodding: false,
+        isPanEnabled: true,
+    }
+}
+
+fn gripper_state(state: &GripperState, stamp: Time) -> EndEffectorState {
+    EndEffectorState {
+        timestamp: stamp,
+        id: state.id,
+        enabled: state.enabled.into(),
+        calibrated: state.calibrated.into(),
+        ready: state.ready.into(),
+        moving: state.moving.into(),
+        gripping: state.gripping.into(),
+        missed: state.missed.into(),
+        error: state.error.into(),
+        reverse: EndEffectorState::STATE_FALSE,
+        position: state.position as f32,
+        force: state.force as f32,
+        state: String::new(),
+        command: state.command.clone(),
+        command_sender: state.sender.clone(),
+        command_sequence: state.sequence,
+    }
+}
+
+fn gripper_properties() -> EndEffectorProperties {
+    EndEffectorProperties {
+        id: sim_baxter::Gripper::ID,
+        ui_type: EndEffectorProperties::ELECTRIC_GRIPPER,
+        manufacturer: "Rethink Research Robot".into(),
+        product: "SDK End Effector, simulated".into(),
+        serial_number: "0000".into(),
+        hardware_rev: "1.0".into(),
+        firmware_rev: "1.0".into(),
+        firmware_date: "2015/01/01".into(),
+        has_calibration: true,
+        controls_grip: true,
+        senses_grip: true,
+        reverses_grip: false,
+        controls_force: true,
+        senses_force: true,
+        controls_position: true,
+        senses_position: true,
+        properties: String::new(),
+    }
+}
