@@ -52,15 +52,17 @@ where
 {
     crate::logging::install();
     abort_on_panic();
+    let registry = Arc::new(Registry::default());
     let result = runtime().and_then(|runtime| {
-        let result = runtime.block_on(async { body(Node::start(name)?).await });
+        let links = Arc::clone(&registry);
+        let result = runtime.block_on(async { body(Node::start(name, links)?).await });
         runtime.shutdown_timeout(Duration::from_millis(100));
         result
     });
     if let Err(error) = &result {
         log::error!("{name}: {error:#}");
     }
-    farewell();
+    farewell(registry);
     if result.is_ok() {
         ExitCode::SUCCESS
     } else {
@@ -69,12 +71,11 @@ where
 }
 
 impl Node {
-    fn start(name: &str) -> anyhow::Result<Self> {
+    fn start(name: &str, registry: Arc<Registry>) -> anyhow::Result<Self> {
         environment::check()?;
         rosrust::try_init_with_options(name, false)
             .map_err(|error| anyhow::anyhow!("cannot register with the ROS master: {error}"))?;
         crate::logging::connect(&rosrust::name());
-        let registry = Arc::new(Registry::default());
         let diagnostics = Health::new_publisher().map_err(ros_error)?;
         registry.add(&diagnostics.tended());
         let shared = Arc::new(Shared {
@@ -255,12 +256,13 @@ fn abort_on_panic() {
 }
 
 /// Unregisters, but does not wait for a master that is out of reach.
-fn farewell() {
+fn farewell(registry: Arc<Registry>) {
     if !rosrust::is_initialized() {
         return;
     }
     let (done, wait) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
+        registry.close();
         rosrust::shutdown();
         done.send(())
     });

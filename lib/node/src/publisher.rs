@@ -114,4 +114,8 @@ impl<T: Message> Tended for Core<T> {
             );
         }
     }
+
+    fn close(&self) {
+        *self.link.write().unwrap_or_else(PoisonError::into_inner) = None;
+    }
 }

@@ -90,6 +90,10 @@ impl Tended for Core {
             Err(error) => log::error!("cannot offer the service {} again: {error}", self.name),
         }
     }
+
+    fn close(&self) {
+        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
 }
 
 /// Calls the service `name`.

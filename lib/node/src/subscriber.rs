@@ -165,6 +165,13 @@ impl Tended for Core {
         self.redial(&mut self.link.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
+    fn close(&self) {
+        self.link
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .handle = None;
+    }
+
     fn report(&self) -> Option<Report> {
         Some(Report {
             topic: self.topic.clone(),

@@ -2,6 +2,7 @@
 
 use crate::clock::Clock;
 use crate::health::Health;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,8 @@ pub(crate) trait Tended: Send + Sync {
     fn tend(&self);
     /// Registers again with the master.
     fn renew(&self);
+    /// Unregisters for good.
+    fn close(&self);
     /// What diagnostics should say of it.
     fn report(&self) -> Option<Report> {
         None
@@ -34,6 +37,7 @@ pub(crate) struct Report {
 #[derive(Default)]
 pub(crate) struct Registry {
     links: Mutex<Vec<Weak<dyn Tended>>>,
+    closed: AtomicBool,
 }
 
 impl Registry {
@@ -44,7 +48,17 @@ impl Registry {
             .push(Arc::downgrade(link));
     }
 
+    /// Unregisters all links and lets none be renewed: the node is going.
+    pub fn close(&self) {
+        let links = self.living();
+        self.closed.store(true, Ordering::Relaxed);
+        links.iter().for_each(|link| link.close());
+    }
+
     fn living(&self) -> Vec<Arc<dyn Tended>> {
+        if self.closed.load(Ordering::Relaxed) {
+            return Vec::new();
+        }
         let mut links = self.links.lock().unwrap_or_else(PoisonError::into_inner);
         links.retain(|link| link.strong_count() > 0);
         links.iter().filter_map(Weak::upgrade).collect()

@@ -1,0 +1,47 @@
+# make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
+# make test                    all tests
+# make build                   programs in target/release, ROS package in target/catkin/devel
+# make bench                   how fast, how often right
+# make lint                    formatting, warnings, spelling
+# make setup                   installs what is missing; the others call it
+
+SHELL := /bin/bash
+.SHELLFLAGS := -ec
+.ONESHELL:
+.PHONY: demo test build bench lint setup
+.DEFAULT_GOAL := build
+
+# rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
+export PATH := $(PATH):$(HOME)/.cargo/bin
+unexport CARGO_TARGET_DIR
+# ROS's modules are in the system's Python; a pyenv may come first in PATH.
+PYTHON := /usr/bin/python3
+RVIZ := $(if $(DISPLAY_RVIZ),$(if $(wildcard /opt/ros/noetic),ros-noetic-rviz,rviz))
+
+setup:
+	setup/install $(RVIZ)
+
+build: setup
+	cargo build --release --workspace
+	setup/catkin
+
+demo: build
+	source setup/environment
+	$(PYTHON) tests/demo $(if $(DISPLAY_RVIZ),--rviz)
+
+test: build
+	cargo test --release --workspace
+	source setup/environment
+	$(PYTHON) -m pytest tests
+
+bench: build
+	source setup/environment
+	$(PYTHON) tests/bench
+
+lint:
+	setup/install shellcheck codespell python3-pyflakes
+	cargo fmt --all --check
+	cargo clippy --release --workspace --all-targets -- -D warnings
+	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin .ci/run
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench
+	codespell --skip=target,.git,Cargo.lock

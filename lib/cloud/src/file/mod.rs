@@ -1,0 +1,161 @@
+//! Clouds in PLY and PCD files.
+//!
+//! Only points count: colours, normals and faces are read over. Coordinates keep the file's unit.
+
+mod pcd;
+mod ply;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+
+use crate::Cloud;
+
+/// What is wrong with a file, and what to do about it.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The name does not say what the file is.
+    #[error("{}: the extension \"{extension}\" is unknown; clouds are read from .ply and .pcd files", path.display())]
+    UnknownExtension {
+        /// The file.
+        path: PathBuf,
+        /// What follows the last dot.
+        extension: String,
+    },
+    /// The system refused to read it.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// There is less in it than its header says.
+    #[error("{}: ends too early ({reason}); copy or record it again", path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// What was missing.
+        reason: String,
+    },
+    /// It holds something else than points.
+    #[error("{}: has no numeric x, y, z for each point, only {found}; export it with coordinates", path.display())]
+    NoCoordinates {
+        /// The file.
+        path: PathBuf,
+        /// What each point has.
+        found: String,
+    },
+    /// It breaks the rules of its format.
+    #[error("{}: is no valid {format} file ({reason}); export it again", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// PLY or PCD.
+        format: &'static str,
+        /// The rule that it breaks.
+        reason: String,
+    },
+    /// The system refused to write it. What was there before is still there.
+    #[error("{}: cannot be written: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+}
+
+/// What a format found wrong, before the file's name is put to it.
+#[derive(Debug)]
+enum Fault {
+    Truncated(String),
+    NoCoordinates(String),
+    Malformed(String),
+}
+
+/// Reads a cloud; `.ply` (ASCII, binary of either byte order) or `.pcd` (ASCII, binary, compressed) by extension.
+///
+/// Points that are not finite or at (0, 0, 0) are dropped and counted.
+pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
+    let path = path.as_ref();
+    let extension = path
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    let (format, parse): (_, fn(&[u8]) -> Result<Vec<Point3<f32>>, Fault>) =
+        match extension.as_str() {
+            "ply" => ("PLY", ply::parse),
+            "pcd" => ("PCD", pcd::parse),
+            _ => {
+                return Err(FileError::UnknownExtension {
+                    path: path.to_owned(),
+                    extension,
+                });
+            }
+        };
+    let bytes = fs::read(path).map_err(|source| FileError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let points = parse(&bytes).map_err(|fault| name_fault(path, format, fault))?;
+    Ok(Cloud::clean(points))
+}
+
+/// Writes points as binary little-endian PLY. The file is replaced whole or not at all.
+pub fn write_ply(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
+    replace(path.as_ref(), &ply::encode(points))
+}
+
+/// Writes points as binary PCD 0.7. The file is replaced whole or not at all.
+pub fn write_pcd(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
+    let path = path.as_ref();
+    let bytes = pcd::encode(points).map_err(|fault| name_fault(path, "PCD", fault))?;
+    replace(path, &bytes)
+}
+
+fn name_fault(path: &Path, format: &'static str, fault: Fault) -> FileError {
+    let path = path.to_owned();
+    match fault {
+        Fault::Truncated(reason) => FileError::Truncated { path, reason },
+        Fault::NoCoordinates(found) => FileError::NoCoordinates { path, found },
+        Fault::Malformed(reason) => FileError::Malformed {
+            path,
+            format,
+            reason,
+        },
+    }
+}
+
+/// Writes beside the target and renames, so that nobody ever sees half a file.
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // It may never have been made; the first error is the one to tell.
+        let _ = fs::remove_file(&temporary);
+        FileError::Write {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
+/// Puts several lines of a library's message on one, at most some hundred characters long.
+fn one_line(message: &str) -> String {
+    const LONGEST: usize = 200;
+    let joined = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    match joined.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &joined[..end]),
+        None => joined,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! PCD, by pcd-rs.
+
+use std::io::{Cursor, ErrorKind};
+
+use nalgebra::Point3;
+use pcd_rs::{
+    DataKind, DynReader, DynRecord, DynWriter, Error, Field, PcdMeta, Schema, ValueKind, ViewPoint,
+    WriterInit,
+};
+
+use super::{Fault, one_line};
+
+/// The points of a whole PCD file, in its order.
+pub(super) fn parse(bytes: &[u8]) -> Result<Vec<Point3<f32>>, Fault> {
+    let mut data = bytes;
+    let meta = PcdMeta::from_reader(&mut data).map_err(fault)?;
+    let axes = axes(&meta)?;
+    check_size(&meta, data)?;
+
+    let reader = DynReader::from_reader(Cursor::new(bytes)).map_err(fault)?;
+    reader
+        .map(|record| {
+            let record = record.map_err(fault)?;
+            let coordinate = |axis| record.0.get(axis).and_then(number);
+            match axes.map(coordinate) {
+                [Some(x), Some(y), Some(z)] => Ok(Point3::new(x, y, z)),
+                _ => Err(Fault::NoCoordinates(format!("{record:?}"))),
+            }
+        })
+        .collect()
+}
+
+/// A binary PCD file of these points.
+pub(super) fn encode(points: &[Point3<f32>]) -> Result<Vec<u8>, Fault> {
+    let mut bytes = Cursor::new(Vec::new());
+    let axis = |name| (name, ValueKind::F32, 1);
+    let mut writer: DynWriter<_> = WriterInit {
+        width: points.len() as u64,
+        height: 1,
+        viewpoint: ViewPoint::default(),
+        data_kind: DataKind::Binary,
+        schema: Some(Schema::from_iter([axis("x"), axis("y"), axis("z")])),
+        version: None,
+    }
+    .build_from_writer(&mut bytes)
+    .map_err(fault)?;
+    let record = |point: &Point3<f32>| {
+        DynRecord(
+            point
+                .iter()
+                .map(|&coordinate| Field::F32(vec![coordinate]))
+                .collect(),
+        )
+    };
+    let pushed = points
+        .iter()
+        .try_for_each(|point| writer.push(&record(point)));
+    // The writer panics if it is dropped unfinished, also after an error.
+    let finished = writer.finish();
+    pushed.and(finished).map_err(fault)?;
+    Ok(bytes.into_inner())
+}
+
+/// Where x, y, z stand in a record, which has no padding fields.
+fn axes(meta: &PcdMeta) -> Result<[usize; 3], Fault> {
+    let fields: Vec<_> = meta
+        .field_defs
+        .iter()
+        .filter(|field| !field.is_padding())
+        .collect();
+    let position = |axis: &str| {
+        fields
+            .iter()
+            .position(|field| field.name == axis && field.count == 1)
+    };
+    match ["x", "y", "z"].map(position) {
+        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
+        _ => {
+            let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
+            Err(Fault::NoCoordinates(format!("[{}]", names.join(", "))))
+        }
+    }
+}
+
+/// Refuses a header that announces more than the file holds: the reader would allocate it, or index past its end.
+fn check_size(meta: &PcdMeta, data: &[u8]) -> Result<(), Fault> {
+    let sizes = meta.field_defs.iter().map(|field| match meta.data {
+        // A digit and a space.
+        DataKind::Ascii => field.count.saturating_mul(2),
+        _ => field.count.saturating_mul(field.kind.byte_size() as u64),
+    });
+    let needed = sizes
+        .fold(0, u64::saturating_add)
+        .saturating_mul(meta.num_points);
+    let (available, slack) = match meta.data {
+        // Nothing needs to follow the last digit.
+        DataKind::Ascii => (data.len() as u64, 1),
+        DataKind::Binary => (data.len() as u64, 0),
+        DataKind::BinaryCompressed => (uncompressed_size(data)?, 0),
+    };
+    if needed > available.saturating_add(slack) {
+        return Err(Fault::Truncated(format!(
+            "its header announces {needed} bytes of points, there are {available}"
+        )));
+    }
+    Ok(())
+}
+
+fn uncompressed_size(data: &[u8]) -> Result<u64, Fault> {
+    let word = |at: usize| {
+        data.get(at..at + 4)
+            .and_then(|word| word.try_into().ok())
+            .map(u32::from_le_bytes)
+    };
+    let (Some(compressed), Some(uncompressed)) = (word(0), word(4)) else {
+        return Err(Fault::Truncated(
+            "the sizes of its compressed part are missing".to_owned(),
+        ));
+    };
+    let available = data.len() as u64 - 8;
+    if u64::from(compressed) > available {
+        return Err(Fault::Truncated(format!(
+            "{compressed} compressed bytes announced, there are {available}"
+        )));
+    }
+    // LZF makes at most 264 bytes of three.
+    if u64::from(uncompressed) > u64::from(compressed) * 88 {
+        return Err(Fault::Malformed(format!(
+            "{compressed} bytes cannot unpack to {uncompressed}"
+        )));
+    }
+    Ok(u64::from(uncompressed))
+}
+
+fn number(field: &Field) -> Option<f32> {
+    match field {
+        Field::F32(values) => values.first().copied(),
+        Field::F64(values) => values.first().map(|&value| value as f32),
+        Field::I8(values) => values.first().map(|&value| f32::from(value)),
+        Field::I16(values) => values.first().map(|&value| f32::from(value)),
+        Field::I32(values) => values.first().map(|&value| value as f32),
+        Field::I64(values) => values.first().map(|&value| value as f32),
+        Field::U8(values) => values.first().map(|&value| f32::from(value)),
+        Field::U16(values) => values.first().map(|&value| f32::from(value)),
+        Field::U32(values) => values.first().map(|&value| value as f32),
+        Field::U64(values) => values.first().map(|&value| value as f32),
+    }
+}
+
+fn fault(error: Error) -> Fault {
+    let message = one_line(&error.to_string());
+    match error {
+        Error::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            Fault::Truncated(message)
+        }
+        Error::TextTokenMismatchError { found: 0, .. } => {
+            Fault::Truncated("fewer lines than points".to_owned())
+        }
+        Error::ParseError { .. } if message.contains("end of file") => Fault::Truncated(message),
+        _ => Fault::Malformed(message),
+    }
+}

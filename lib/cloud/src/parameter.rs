@@ -1,0 +1,64 @@
+//! Checks of parameters, worded alike in every stage.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+/// A parameter whose value cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("parameter {name} is {value}; it must be {allowed}")]
+pub struct ParameterError {
+    /// As the user wrote it.
+    pub name: &'static str,
+    /// What it was set to.
+    pub value: String,
+    /// What it may be, with the unit.
+    pub allowed: String,
+}
+
+impl ParameterError {
+    /// Says that `name` is `value` but must be `allowed`.
+    pub fn new(name: &'static str, value: impl Display, allowed: impl Into<String>) -> Self {
+        Self {
+            name,
+            value: value.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+}
+
+/// Refuses a value outside `range`, NaN included. `unit` may be empty.
+pub fn in_range<T: PartialOrd + Display>(
+    name: &'static str,
+    value: T,
+    range: RangeInclusive<T>,
+    unit: &str,
+) -> Result<(), ParameterError> {
+    if range.contains(&value) {
+        return Ok(());
+    }
+    let space = if unit.is_empty() { "" } else { " " };
+    let allowed = format!("from {} to {}{space}{unit}", range.start(), range.end());
+    Err(ParameterError::new(name, value, allowed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_message_names_parameter_value_and_range() {
+        let error =
+            in_range("depth_max_m", 40.0, 0.0..=10.0, "m").map_err(|error| error.to_string());
+        assert_eq!(
+            error,
+            Err("parameter depth_max_m is 40; it must be from 0 to 10 m".to_owned())
+        );
+    }
+
+    #[test]
+    fn nan_is_refused_and_the_ends_are_allowed() {
+        assert!(in_range("x", f64::NAN, 0.0..=1.0, "").is_err());
+        assert!(in_range("x", 0.0, 0.0..=1.0, "").is_ok());
+        assert!(in_range("x", 1.0, 0.0..=1.0, "").is_ok());
+    }
+}

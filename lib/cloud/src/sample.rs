@@ -1,0 +1,213 @@
+//! Farthest-point sampling.
+
+use nalgebra::Point3;
+
+use crate::{centroid, is_finite};
+
+/// Why a cloud could not be sampled.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SampleError {
+    /// Repeating points would change the shape's weights; the caller decides.
+    #[error(
+        "{count} points wanted of a cloud of {available}; look closer, or with a wider depth range"
+    )]
+    TooFew {
+        /// Points wanted.
+        count: usize,
+        /// Points there.
+        available: usize,
+    },
+    /// A distance to NaN is no distance.
+    #[error("point {index} has a coordinate that is NaN or infinite; drop such points first")]
+    NotFinite {
+        /// Index of the point.
+        index: usize,
+    },
+}
+
+/// Indices of `count` points, each the farthest from those before it; the first is the farthest from the centroid.
+/// Of equally far points the one with the lowest index is taken.
+///
+/// Costs `count` passes over the cloud.
+pub fn farthest_points(points: &[Point3<f32>], count: usize) -> Result<Vec<usize>, SampleError> {
+    if points.len() < count {
+        return Err(SampleError::TooFew {
+            count,
+            available: points.len(),
+        });
+    }
+    if let Some(index) = points.iter().position(|point| !is_finite(point)) {
+        return Err(SampleError::NotFinite { index });
+    }
+    let Some(centre) = centroid(points).filter(|_| count > 0) else {
+        return Ok(Vec::new());
+    };
+    let columns = Columns::new(points);
+    let mut distances_sq = vec![f32::INFINITY; columns.padded_len()];
+    let mut index = columns.farthest_after(&centre, &mut distances_sq);
+    // The centroid only chose the start; it is no sample that others keep away from.
+    distances_sq.fill(f32::INFINITY);
+
+    let mut indices = Vec::with_capacity(count);
+    indices.push(index);
+    while indices.len() < count {
+        // A chosen point is no candidate again, also where the cloud holds copies of it.
+        distances_sq[index] = f32::NEG_INFINITY;
+        index = columns.farthest_after(&points[index], &mut distances_sq);
+        indices.push(index);
+    }
+    Ok(indices)
+}
+
+/// Points handled together, so that the compiler uses vector instructions.
+const LANES: usize = 8;
+
+/// The cloud by coordinate, padded to whole groups of [`LANES`].
+struct Columns {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    z: Vec<f32>,
+    len: usize,
+}
+
+impl Columns {
+    fn new(points: &[Point3<f32>]) -> Self {
+        let padded_len = points.len().next_multiple_of(LANES);
+        let column = |axis: usize| {
+            let mut column = Vec::with_capacity(padded_len);
+            column.extend(points.iter().map(|point| point[axis]));
+            column.resize(padded_len, 0.0);
+            column
+        };
+        Self {
+            x: column(0),
+            y: column(1),
+            z: column(2),
+            len: points.len(),
+        }
+    }
+
+    fn padded_len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Lowers each distance to that from `sample` where it is nearer, and returns the index of the largest.
+    fn farthest_after(&self, sample: &Point3<f32>, distances_sq: &mut [f32]) -> usize {
+        distances_sq[self.len..].fill(f32::NEG_INFINITY);
+        let mut largest = [f32::NEG_INFINITY; LANES];
+        let groups = self
+            .x
+            .chunks_exact(LANES)
+            .zip(self.y.chunks_exact(LANES))
+            .zip(self.z.chunks_exact(LANES));
+        for (((x, y), z), distances_sq) in groups.zip(distances_sq.chunks_exact_mut(LANES)) {
+            for lane in 0..LANES {
+                let (dx, dy, dz) = (x[lane] - sample.x, y[lane] - sample.y, z[lane] - sample.z);
+                let distance_sq = dx * dx + dy * dy + dz * dz;
+                let nearest = if distance_sq < distances_sq[lane] {
+                    distance_sq
+                } else {
+                    distances_sq[lane]
+                };
+                distances_sq[lane] = nearest;
+                largest[lane] = if nearest > largest[lane] {
+                    nearest
+                } else {
+                    largest[lane]
+                };
+            }
+        }
+        let largest = largest.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        distances_sq
+            .iter()
+            .position(|&distance_sq| distance_sq == largest)
+            .unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    /// The definition, written as plainly as possible.
+    fn farthest_points_slow(points: &[Point3<f32>], count: usize) -> Vec<usize> {
+        let first_largest = |score: &dyn Fn(usize) -> f32| {
+            (1..points.len()).fold(0, |best, index| {
+                if score(index) > score(best) {
+                    index
+                } else {
+                    best
+                }
+            })
+        };
+        let centre = centroid(points).unwrap();
+        let mut chosen = vec![first_largest(&|index| {
+            (points[index] - centre).norm_squared()
+        })];
+        while chosen.len() < count {
+            let next = first_largest(&|index| {
+                let nearest = chosen
+                    .iter()
+                    .map(|&other| (points[index] - points[other]).norm_squared());
+                if chosen.contains(&index) {
+                    -1.0
+                } else {
+                    nearest.fold(f32::INFINITY, f32::min)
+                }
+            });
+            chosen.push(next);
+        }
+        chosen
+    }
+
+    fn random_points(seed: u64, count: usize) -> Vec<Point3<f32>> {
+        println!("seed {seed}");
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        (0..count)
+            .map(|_| Point3::new(random.random(), random.random(), random.random()))
+            .collect()
+    }
+
+    #[test]
+    fn agrees_with_the_definition() {
+        for (seed, count) in [(1, 5), (2, 8), (3, 61), (4, 300)] {
+            let points = random_points(seed, count);
+            let wanted = count.min(40);
+            assert_eq!(
+                farthest_points(&points, wanted).unwrap(),
+                farthest_points_slow(&points, wanted)
+            );
+        }
+    }
+
+    #[test]
+    fn all_points_of_a_cloud_come_once_each_even_with_copies() {
+        let mut points = random_points(5, 10);
+        points.extend_from_within(..);
+        let mut indices = farthest_points(&points, 20).unwrap();
+        indices.sort_unstable();
+        assert_eq!(indices, (0..20).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn too_few_and_not_finite_points_are_refused_and_none_is_none() {
+        let mut points = random_points(6, 3);
+        assert_eq!(
+            farthest_points(&points, 4),
+            Err(SampleError::TooFew {
+                count: 4,
+                available: 3
+            })
+        );
+        assert_eq!(farthest_points(&[], 0), Ok(Vec::new()));
+        points[1].y = f32::NAN;
+        assert_eq!(
+            farthest_points(&points, 2),
+            Err(SampleError::NotFinite { index: 1 })
+        );
+    }
+}

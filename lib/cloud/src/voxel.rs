@@ -1,0 +1,283 @@
+//! A grid of cubes, each holding the mean of the points inside it.
+
+use nalgebra::{Point3, Vector3};
+
+/// Why a point could not be put into a grid.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VoxelError {
+    /// Nothing can be divided into such cubes.
+    #[error("a voxel of {0} m; its side must be positive and finite")]
+    Size(f32),
+    /// Cubes are numbered with 21 bits an axis.
+    #[error(
+        "point {index} at {point} is not finite or more than {limit_m} m from the origin; drop such points first"
+    )]
+    OutOfRange {
+        /// Index of the point.
+        index: usize,
+        /// Where it is.
+        point: Point3<f32>,
+        /// How far away it may be with this voxel size.
+        limit_m: f32,
+    },
+}
+
+/// The mean of the points in each occupied cube of side `size_m`, in the order in which the cubes were first met.
+pub fn downsample(points: &[Point3<f32>], size_m: f32) -> Result<Vec<Point3<f32>>, VoxelError> {
+    let mut grid = Grid::new(size_m)?;
+    grid.extend(points)?;
+    Ok(grid.means().collect())
+}
+
+/// Cubes that points can be added to, view after view.
+#[derive(Debug, Clone)]
+pub struct Grid {
+    size_m: f32,
+    cells: Vec<Cell>,
+    /// Open addressing: index into `cells`, or [`VACANT`]. The length is a power of two, at most half of it in use.
+    slots: Vec<u32>,
+}
+
+#[derive(Debug, Clone)]
+struct Cell {
+    key: u64,
+    count: u32,
+    sum: Vector3<f64>,
+}
+
+const VACANT: u32 = u32::MAX;
+const BITS: u32 = 21;
+const HALF_RANGE: f32 = (1 << (BITS - 1)) as f32;
+
+impl Grid {
+    /// An empty grid of cubes of side `size_m`, one of which has a corner at the origin.
+    pub fn new(size_m: f32) -> Result<Self, VoxelError> {
+        if !(size_m.is_finite() && size_m > 0.0) {
+            return Err(VoxelError::Size(size_m));
+        }
+        Ok(Self {
+            size_m,
+            cells: Vec::new(),
+            slots: vec![VACANT; 64],
+        })
+    }
+
+    /// Adds points: all, or none if one of them is refused.
+    pub fn extend(&mut self, points: &[Point3<f32>]) -> Result<(), VoxelError> {
+        let key = |(index, point)| {
+            self.key(point)
+                .ok_or_else(|| self.out_of_range(index, point))
+        };
+        let keys = points
+            .iter()
+            .enumerate()
+            .map(key)
+            .collect::<Result<Vec<_>, _>>()?;
+        self.reserve(points.len());
+        for (key, point) in keys.into_iter().zip(points) {
+            let cell = self.find_or_insert(key);
+            let cell = &mut self.cells[cell];
+            cell.count += 1;
+            cell.sum += point.coords.cast::<f64>();
+        }
+        Ok(())
+    }
+
+    /// The mean of each cube's points, in the order in which the cubes were first met.
+    pub fn means(&self) -> impl ExactSizeIterator<Item = Point3<f32>> {
+        self.cells
+            .iter()
+            .map(|cell| Point3::from((cell.sum / f64::from(cell.count)).cast::<f32>()))
+    }
+
+    /// Which of the occupied cubes, in the order of [`Grid::means`], a place lies in; `None` for another.
+    pub fn cell_of(&self, place: &Point3<f32>) -> Option<usize> {
+        self.find(self.key(place)?).ok()
+    }
+
+    /// Number of occupied cubes.
+    pub fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether no point was added.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    fn out_of_range(&self, index: usize, point: &Point3<f32>) -> VoxelError {
+        VoxelError::OutOfRange {
+            index,
+            point: *point,
+            limit_m: HALF_RANGE * self.size_m,
+        }
+    }
+
+    fn key(&self, point: &Point3<f32>) -> Option<u64> {
+        key(&point
+            .coords
+            .map(|coordinate| (coordinate / self.size_m).floor()))
+    }
+
+    /// Index of the cube with this key, or else the slot where it belongs.
+    fn find(&self, key: u64) -> Result<usize, usize> {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash(key) & mask;
+        while self.slots[slot] != VACANT {
+            let cell = self.slots[slot] as usize;
+            if self.cells[cell].key == key {
+                return Ok(cell);
+            }
+            slot = (slot + 1) & mask;
+        }
+        Err(slot)
+    }
+
+    /// Index of the cube with this key, which is made if it is not there.
+    fn find_or_insert(&mut self, key: u64) -> usize {
+        self.find(key).unwrap_or_else(|slot| {
+            self.slots[slot] = self.cells.len() as u32;
+            self.cells.push(Cell {
+                key,
+                count: 0,
+                sum: Vector3::zeros(),
+            });
+            self.cells.len() - 1
+        })
+    }
+
+    /// Makes room for this many more cubes, so that adding points never has to.
+    fn reserve(&mut self, additional: usize) {
+        let wanted = (2 * (self.cells.len() + additional)).next_power_of_two();
+        if wanted <= self.slots.len() {
+            return;
+        }
+        self.slots = vec![VACANT; wanted];
+        for (index, cell) in self.cells.iter().enumerate() {
+            let mut slot = hash(cell.key) & (wanted - 1);
+            while self.slots[slot] != VACANT {
+                slot = (slot + 1) & (wanted - 1);
+            }
+            self.slots[slot] = index as u32;
+        }
+    }
+}
+
+/// A cube's number from its three whole coordinates; `None` where they do not fit or are NaN.
+fn key(cube: &Vector3<f32>) -> Option<u64> {
+    let fits = |coordinate: &f32| (-HALF_RANGE..HALF_RANGE).contains(coordinate);
+    cube.iter().all(fits).then(|| {
+        cube.iter().fold(0, |key, &coordinate| {
+            key << BITS | (coordinate as i64 + (1 << (BITS - 1))) as u64
+        })
+    })
+}
+
+/// Fibonacci hashing: neighbouring cubes land far apart.
+fn hash(key: u64) -> usize {
+    (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::collections::BTreeMap;
+
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    fn random_points(seed: u64, count: usize) -> Vec<Point3<f32>> {
+        println!("seed {seed}");
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let mut coordinate = || random.random_range(-0.05..0.05);
+        (0..count)
+            .map(|_| Point3::new(coordinate(), coordinate(), coordinate()))
+            .collect()
+    }
+
+    fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
+        let mut cubes: BTreeMap<[i32; 3], Vec<Point3<f32>>> = BTreeMap::new();
+        for point in points {
+            let cube = point
+                .coords
+                .map(|coordinate| (coordinate / size_m).floor() as i32);
+            cubes.entry(cube.into()).or_default().push(*point);
+        }
+        cubes
+            .values()
+            .map(|points| crate::centroid(points).unwrap())
+            .collect()
+    }
+
+    fn sorted(mut points: Vec<Point3<f32>>) -> Vec<Point3<f32>> {
+        points.sort_by(|a, b| {
+            a.coords
+                .as_slice()
+                .partial_cmp(b.coords.as_slice())
+                .unwrap()
+        });
+        points
+    }
+
+    #[test]
+    fn agrees_with_an_ordered_map() {
+        for (seed, size_m) in [(1, 0.002), (2, 0.01), (3, 0.03), (4, 1.0)] {
+            let points = random_points(seed, 3000);
+            let fast = downsample(&points, size_m).unwrap();
+            assert_eq!(
+                sorted(fast),
+                sorted(downsample_slow(&points, size_m)),
+                "voxels of {size_m} m"
+            );
+        }
+    }
+
+    #[test]
+    fn adding_view_by_view_equals_adding_at_once() {
+        let points = random_points(5, 2000);
+        let mut grid = Grid::new(0.004).unwrap();
+        points
+            .chunks(137)
+            .for_each(|part| grid.extend(part).unwrap());
+        assert_eq!(
+            grid.means().collect::<Vec<_>>(),
+            downsample(&points, 0.004).unwrap()
+        );
+        assert_eq!(grid.len(), grid.means().len());
+        assert!(
+            grid.means()
+                .enumerate()
+                .all(|(index, mean)| grid.cell_of(&mean) == Some(index))
+        );
+        assert_eq!(grid.cell_of(&Point3::new(1.0, 1.0, 1.0)), None);
+    }
+
+    #[test]
+    fn points_on_both_sides_of_the_origin_do_not_share_a_cube() {
+        let points = [Point3::new(0.001, 0.0, 0.0), Point3::new(-0.001, 0.0, 0.0)];
+        assert_eq!(downsample(&points, 0.01).unwrap(), points);
+    }
+
+    #[test]
+    fn bad_sizes_and_points_are_refused() {
+        for size_m in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(matches!(Grid::new(size_m), Err(VoxelError::Size(_))));
+        }
+        for bad in [f32::NAN, f32::INFINITY, 1e7] {
+            let points = [Point3::origin(), Point3::new(0.0, bad, 0.0)];
+            assert!(matches!(
+                downsample(&points, 0.002),
+                Err(VoxelError::OutOfRange { index: 1, .. })
+            ));
+        }
+        assert_eq!(downsample(&[], 0.002), Ok(Vec::new()));
+        let mut grid = Grid::new(0.002).unwrap();
+        assert!(
+            grid.extend(&[Point3::origin(), Point3::new(0.0, f32::NAN, 0.0)])
+                .is_err()
+        );
+        assert!(grid.is_empty());
+    }
+}

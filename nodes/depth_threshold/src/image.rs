@@ -1,0 +1,174 @@
+//! Depth images as they come in messages (REP 118).
+
+/// A sensor_msgs/Image, borrowed.
+#[derive(Debug, Clone, Copy)]
+pub struct DepthImage<'a> {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Bytes from one row to the next.
+    pub step: u32,
+    /// `16UC1` (mm, 0 invalid) or `32FC1` (m, not finite or not positive invalid).
+    pub encoding: &'a str,
+    /// Whether the high byte comes first.
+    pub is_bigendian: bool,
+    /// `step` × `height` bytes.
+    pub data: &'a [u8],
+}
+
+/// Why an image cannot be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ImageError {
+    /// Another kind of picture.
+    #[error(
+        "the depth image has encoding {encoding:?}; only 16UC1 (mm) and 32FC1 (m) hold depths: \
+         connect the camera's depth topic"
+    )]
+    Encoding {
+        /// As the message says.
+        encoding: String,
+    },
+    /// Rows that overlap.
+    #[error(
+        "the depth image has step {step}, but {width} pixels of {encoding} take {needed} bytes a row; \
+         correct the program that publishes it"
+    )]
+    Step {
+        /// Bytes from row to row.
+        step: u32,
+        /// Columns.
+        width: u32,
+        /// As the message says.
+        encoding: String,
+        /// Least bytes from row to row.
+        needed: u64,
+    },
+    /// Less or more than the rows.
+    #[error(
+        "the depth image has {len} bytes of data, but {height} rows of {step} bytes are {expected}; \
+         correct the program that publishes it"
+    )]
+    DataLength {
+        /// Bytes there.
+        len: usize,
+        /// Rows.
+        height: u32,
+        /// Bytes from row to row.
+        step: u32,
+        /// Bytes that should be there.
+        expected: u64,
+    },
+    /// No rows or no columns.
+    #[error("the depth image is {width}×{height} pixels, which is no image")]
+    Empty {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+}
+
+/// An image's depths in its own unit, row by row; 0 is invalid.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Depths {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) values: Vec<f32>,
+    /// How many units are a metre.
+    pub(crate) units_per_m: f32,
+    /// Whether depths are whole units.
+    pub(crate) is_whole: bool,
+}
+
+impl Depths {
+    pub(crate) fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.width..][..self.width]
+    }
+}
+
+impl DepthImage<'_> {
+    /// Checks the image and puts its depths into `depths`, whose memory is used again.
+    pub(crate) fn decode(&self, depths: &mut Depths) -> Result<(), ImageError> {
+        let pixel_size = self.check()?;
+        let row_size = self.width as usize * pixel_size;
+        let rows = self
+            .data
+            .chunks_exact(self.step as usize)
+            .map(|row| &row[..row_size]);
+        depths.width = self.width as usize;
+        depths.height = self.height as usize;
+        depths.is_whole = pixel_size == 2;
+        depths.units_per_m = if depths.is_whole { 1000.0 } else { 1.0 };
+        depths.values.clear();
+        depths.values.reserve(depths.width * depths.height);
+        for row in rows {
+            match (depths.is_whole, self.is_bigendian) {
+                (true, false) => depths
+                    .values
+                    .extend(words(row).map(|&word| f32::from(u16::from_le_bytes(word)))),
+                (true, true) => depths
+                    .values
+                    .extend(words(row).map(|&word| f32::from(u16::from_be_bytes(word)))),
+                (false, false) => depths
+                    .values
+                    .extend(words(row).map(|&word| valid(f32::from_le_bytes(word)))),
+                (false, true) => depths
+                    .values
+                    .extend(words(row).map(|&word| valid(f32::from_be_bytes(word)))),
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the bytes a pixel.
+    fn check(&self) -> Result<usize, ImageError> {
+        let &Self {
+            width,
+            height,
+            step,
+            ..
+        } = self;
+        let encoding = self.encoding.to_owned();
+        let pixel_size: usize = match self.encoding {
+            "16UC1" => 2,
+            "32FC1" => 4,
+            _ => return Err(ImageError::Encoding { encoding }),
+        };
+        if width == 0 || height == 0 {
+            return Err(ImageError::Empty { width, height });
+        }
+        let needed = u64::from(width) * pixel_size as u64;
+        if u64::from(step) < needed {
+            return Err(ImageError::Step {
+                step,
+                width,
+                encoding,
+                needed,
+            });
+        }
+        let expected = u64::from(step) * u64::from(height);
+        if self.data.len() as u64 != expected {
+            return Err(ImageError::DataLength {
+                len: self.data.len(),
+                height,
+                step,
+                expected,
+            });
+        }
+        Ok(pixel_size)
+    }
+}
+
+fn words<const SIZE: usize>(row: &[u8]) -> impl Iterator<Item = &[u8; SIZE]> {
+    row.as_chunks().0.iter()
+}
+
+/// REP 117: infinities say too near or too far, NaN says nothing; none is a depth.
+fn valid(depth_m: f32) -> f32 {
+    if depth_m.is_finite() && depth_m > 0.0 {
+        depth_m
+    } else {
+        0.0
+    }
+}

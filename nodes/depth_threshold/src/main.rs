@@ -1,0 +1,99 @@
+//! Turns depth images into the points between two depths.
+
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use depth_threshold::{DepthImage, Intrinsics, Parameters, Thresholder};
+use msg::sensor_msgs::{CameraInfo, Image, PointCloud2};
+use node::{Expect, Health, Latch, Level, Node};
+
+const IMAGE_TOPIC: &str = "camera/depth/image_rect_raw";
+const INFO_TOPIC: &str = "camera/depth/camera_info";
+
+fn main() -> ExitCode {
+    node::run("depth_threshold", serve)
+}
+
+async fn serve(node: Node) -> anyhow::Result<()> {
+    let thresholder = Thresholder::new(node.parameters(Parameters::validate)?)?;
+    let points = node.publish("points", 2, Latch::No)?;
+    let latest_info = Arc::new(Mutex::new(None));
+    let _infos = node.subscribe(INFO_TOPIC, Expect::STATE, {
+        let latest_info = Arc::clone(&latest_info);
+        move |info: CameraInfo| {
+            *latest_info.lock().unwrap_or_else(PoisonError::into_inner) = Some(info)
+        }
+    })?;
+    let stage = Mutex::new((thresholder, Reporter::new(node.health())));
+    let _images = node.subscribe(IMAGE_TOPIC, Expect::STATE, move |image: Image| {
+        if !points.is_subscribed() {
+            return;
+        }
+        let info = latest_info
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone();
+        let mut stage = stage.lock().unwrap_or_else(PoisonError::into_inner);
+        let (thresholder, reporter) = &mut *stage;
+        match threshold(thresholder, image, info.as_ref()) {
+            Ok(cloud) => {
+                reporter.well();
+                points.send(cloud);
+            }
+            Err(error) => reporter.ill(&format!("{error:#}")),
+        }
+    })?;
+    node.until_shutdown().await;
+    Ok(())
+}
+
+fn threshold(
+    thresholder: &mut Thresholder,
+    image: Image,
+    info: Option<&CameraInfo>,
+) -> anyhow::Result<PointCloud2> {
+    let info = info.ok_or_else(|| {
+        anyhow::anyhow!("no camera_info has come on {INFO_TOPIC}; does the camera publish it?")
+    })?;
+    let intrinsics = Intrinsics::from_k(&info.K, info.width, info.height)?;
+    let view = DepthImage {
+        width: image.width,
+        height: image.height,
+        step: image.step,
+        encoding: &image.encoding,
+        is_bigendian: image.is_bigendian != 0,
+        data: &image.data,
+    };
+    let points = thresholder.points(&view, &intrinsics)?;
+    Ok(msg::cloud::from_points(image.header, &points))
+}
+
+/// Tells of trouble once, not thirty times a second.
+struct Reporter {
+    health: Health,
+    trouble: Option<String>,
+}
+
+impl Reporter {
+    fn new(health: Health) -> Self {
+        Self {
+            health,
+            trouble: None,
+        }
+    }
+
+    fn well(&mut self) {
+        if self.trouble.take().is_some() {
+            log::info!("depth images are usable again");
+        }
+        self.health.set("images", Level::Ok, "");
+    }
+
+    fn ill(&mut self, trouble: &str) {
+        if self.trouble.as_deref() != Some(trouble) {
+            log::error!("{trouble}");
+            self.health.set("images", Level::Error, trouble);
+            self.trouble = Some(trouble.to_owned());
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Brings the views of a scan into one cloud, view after view.
+//!
+//! Each view is laid onto the model, which is all views before it, thinned to one point a voxel. Where the kinematics
+//! say how the hand held the object before the camera, they are the start, and registration only corrects them: within
+//! bounds, and only along motions that the surfaces determine. A can is nearly a cylinder; nothing in its shape tells
+//! how far it was turned, and a registration from scratch slides on it. Without kinematics each view starts where the
+//! first one was, as in the paper (Sec. VI-C and its reference implementation).
+
+mod align;
+mod closed_form;
+mod error;
+mod evidence;
+mod matching;
+mod model;
+mod observability;
+mod parameters;
+mod point_to_plane;
+mod point_to_point;
+mod registrar;
+
+pub use error::{RegisterError, RegistrationError};
+pub use evidence::{StopReason, ViewEvidence};
+pub use parameters::{InitialGuess, Parameters};
+pub use registrar::{Registrar, register};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,126 @@
+//! What a user can set.
+
+use cloud::ParameterError;
+use cloud::parameter::in_range;
+use serde::{Deserialize, Serialize};
+
+/// Where registration of a view starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InitialGuess {
+    /// The hand's pose before the camera, where a view has one; otherwise as `Identity`.
+    Kinematic,
+    /// The first view's place, as the paper does.
+    Identity,
+}
+
+/// How views are registered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Where registration starts: `kinematic` or `identity`.
+    pub initial_guess: InitialGuess,
+    /// Side of the cubes in which the model keeps one point each, m.
+    pub voxel_m: f64,
+    /// How many of a view's thinned points are matched at most.
+    pub sample_count: usize,
+    /// A view with fewer points than this is an error.
+    pub min_points: usize,
+    /// The smallest share of a view's points that must have a neighbour in the model; below, the view is refused.
+    pub min_fitness: f64,
+
+    /// Kinematic start: farthest that a point may be from its neighbour, m.
+    pub max_correspondence_m: f64,
+    /// Kinematic start: steps at most.
+    pub max_iterations: usize,
+    /// Kinematic start: share of the pairs that is used, those that fit best.
+    pub kept_fraction: f64,
+    /// Kinematic start: farthest that the view's middle may be moved, m; a view that asks for more is refused.
+    pub max_correction_m: f64,
+    /// Kinematic start: most that the view may be turned, rad; a view that asks for more is refused.
+    pub max_correction_rad: f64,
+    /// Kinematic start: a motion is left alone if the mean square of how much it moves the surfaces along their
+    /// normals is below this share of how much it moves the points. 0 corrects everything.
+    pub degenerate_below: f64,
+    /// Kinematic start: only points above this plane of the hand frame are matched, m. What is below, the forearm, does
+    /// not turn with the wrist.
+    pub rigid_above_m: f64,
+    /// Kinematic start: only points this near to the hand's axis are matched, m.
+    pub rigid_radius_m: f64,
+
+    /// Identity start: farthest that a point may be from its neighbour, m.
+    pub identity_max_correspondence_m: f64,
+    /// Identity start: steps at most.
+    pub identity_max_iterations: usize,
+    /// Identity start: it ends when a step changes neither fitness nor RMSE by more than this share.
+    pub identity_relative_stop: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            initial_guess: InitialGuess::Kinematic,
+            voxel_m: 0.002,
+            sample_count: 1000,
+            min_points: 100,
+            min_fitness: 0.3,
+            max_correspondence_m: 0.01,
+            max_iterations: 30,
+            kept_fraction: 0.9,
+            max_correction_m: 0.015,
+            max_correction_rad: 8.0_f64.to_radians(),
+            degenerate_below: 0.02,
+            rigid_above_m: 0.0,
+            rigid_radius_m: 0.15,
+            identity_max_correspondence_m: 0.02,
+            identity_max_iterations: 1000,
+            identity_relative_stop: 1e-6,
+        }
+    }
+}
+
+impl Parameters {
+    /// Refuses what cannot be meant.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        in_range("voxel_m", self.voxel_m, 0.0002..=0.05, "m")?;
+        in_range("sample_count", self.sample_count, 100..=1_000_000, "")?;
+        in_range("min_points", self.min_points, 10..=1_000_000, "")?;
+        in_range("min_fitness", self.min_fitness, 0.0..=1.0, "")?;
+        in_range(
+            "max_correspondence_m",
+            self.max_correspondence_m,
+            0.0005..=0.1,
+            "m",
+        )?;
+        in_range("max_iterations", self.max_iterations, 1..=10_000, "")?;
+        in_range("kept_fraction", self.kept_fraction, 0.1..=1.0, "")?;
+        in_range("max_correction_m", self.max_correction_m, 0.0..=0.2, "m")?;
+        in_range(
+            "max_correction_rad",
+            self.max_correction_rad,
+            0.0..=1.0,
+            "rad",
+        )?;
+        in_range("degenerate_below", self.degenerate_below, 0.0..=1.0, "")?;
+        in_range("rigid_above_m", self.rigid_above_m, -1.0..=1.0, "m")?;
+        in_range("rigid_radius_m", self.rigid_radius_m, 0.01..=10.0, "m")?;
+        in_range(
+            "identity_max_correspondence_m",
+            self.identity_max_correspondence_m,
+            0.0005..=0.5,
+            "m",
+        )?;
+        in_range(
+            "identity_max_iterations",
+            self.identity_max_iterations,
+            1..=100_000,
+            "",
+        )?;
+        in_range(
+            "identity_relative_stop",
+            self.identity_relative_stop,
+            0.0..=0.1,
+            "",
+        )
+    }
+}

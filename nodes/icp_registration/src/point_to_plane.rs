@@ -1,0 +1,144 @@
+//! Corrects a start that the kinematics gave.
+
+use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
+
+use crate::align::{Alignment, Fit, Placed};
+use crate::matching::Matcher;
+use crate::model::Searchable;
+use crate::observability::{Freedom, Twists};
+use crate::parameters::Parameters;
+
+/// Point to plane from where the view is, along determined motions only (Zhang, Kaess and Singh 2016 call it solution
+/// remapping). `None` if the view has no extent or matches no surface.
+pub(crate) fn correct(
+    points: &[Point3<f32>],
+    model: &Searchable,
+    normals: &[Option<Vector3<f32>>],
+    parameters: &Parameters,
+) -> Option<Alignment> {
+    let surface = Surface {
+        points: &model.points,
+        normals,
+    };
+    let twists = Twists::around(points)?;
+    let max_distance = parameters.max_correspondence_m as f32;
+    let mut matcher = Matcher::new(&model.tree, &model.points, max_distance, points.len());
+    let mut equations = Equations::new(&twists, parameters, points.len());
+    let mut motion = Isometry3::identity();
+    let mut fit = equations.gather(points, &motion, &surface, &mut matcher);
+    // Decided once: what is weak at the start must not become strong by sliding along it.
+    let freedom = Freedom::new(&equations.mean_information()?, parameters.degenerate_below);
+
+    let mut converged = false;
+    let mut iterations = 0;
+    while iterations < parameters.max_iterations && !converged {
+        iterations += 1;
+        let amounts = freedom.solve(&equations.information, &equations.pull);
+        motion = twists.motion(&amounts) * motion;
+        fit = equations.gather(points, &motion, &surface, &mut matcher);
+        converged = amounts.norm() < STILL_M;
+    }
+    let degenerate_directions = freedom.degenerate_directions;
+    Some(Alignment {
+        motion,
+        fit,
+        iterations,
+        converged,
+        degenerate_directions,
+    })
+}
+
+/// A step shorter than this ends the search, m: a twentieth of the camera's depth step.
+const STILL_M: f64 = 2e-5;
+/// A point whose neighbour lies farther aside than this many voxels hangs over the edge of what the model has seen.
+const ASIDE_VOXELS: f64 = 1.5;
+
+/// The linear equations of one step, and the memory that they are made in.
+struct Equations<'a> {
+    twists: &'a Twists,
+    max_aside_sq: f32,
+    kept_fraction: f64,
+    rows: Vec<Row>,
+    information: Matrix6<f64>,
+    pull: Vector6<f64>,
+    used: usize,
+}
+
+/// The model's points with their normals, where it is flat.
+struct Surface<'a> {
+    points: &'a [Point3<f32>],
+    normals: &'a [Option<Vector3<f32>>],
+}
+
+struct Row {
+    place: Point3<f32>,
+    normal: Vector3<f32>,
+    /// How far the surface is from the point, along the normal, m.
+    gap: f32,
+}
+
+impl<'a> Equations<'a> {
+    fn new(twists: &'a Twists, parameters: &Parameters, capacity: usize) -> Self {
+        let max_aside_sq = (ASIDE_VOXELS * parameters.voxel_m).powi(2) as f32;
+        Self {
+            twists,
+            max_aside_sq,
+            kept_fraction: parameters.kept_fraction,
+            rows: Vec::with_capacity(capacity),
+            information: Matrix6::zeros(),
+            pull: Vector6::zeros(),
+            used: 0,
+        }
+    }
+
+    /// Matches the points where the motion puts them, and sums up the pairs that fit best.
+    fn gather(
+        &mut self,
+        points: &[Point3<f32>],
+        motion: &Isometry3<f64>,
+        surface: &Surface,
+        matcher: &mut Matcher,
+    ) -> Fit {
+        let placed = Placed::by(motion);
+        self.rows.clear();
+        let (mut inliers, mut sum_sq) = (0, 0.0);
+        for (number, point) in points.iter().enumerate() {
+            let place = placed.place(point);
+            let Some(found) = matcher.nearest(number, &place) else {
+                continue;
+            };
+            inliers += 1;
+            sum_sq += f64::from(found.distance_sq);
+            let Some(normal) = surface.normals[found.index] else {
+                continue;
+            };
+            let gap = (surface.points[found.index] - place).dot(&normal);
+            if found.distance_sq - gap * gap <= self.max_aside_sq {
+                self.rows.push(Row { place, normal, gap });
+            }
+        }
+        self.sum_up();
+        Fit::new(inliers, points.len(), sum_sq)
+    }
+
+    fn sum_up(&mut self) {
+        self.used = (self.rows.len() as f64 * self.kept_fraction).ceil() as usize;
+        if self.used < self.rows.len() {
+            self.rows
+                .select_nth_unstable_by(self.used, |a, b| a.gap.abs().total_cmp(&b.gap.abs()));
+        }
+        self.information = Matrix6::zeros();
+        self.pull = Vector6::zeros();
+        for row in &self.rows[..self.used] {
+            let effect = self.twists.effect(&row.place, &row.normal);
+            self.information.syger(1.0, &effect, &effect, 1.0);
+            self.pull += effect * f64::from(row.gap);
+        }
+        self.information.fill_upper_triangle_with_lower_triangle();
+    }
+
+    /// `None` with fewer pairs than unknowns.
+    fn mean_information(&self) -> Option<Matrix6<f64>> {
+        (self.used >= 6).then(|| self.information / self.used as f64)
+    }
+}

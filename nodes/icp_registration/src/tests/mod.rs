@@ -1,0 +1,7 @@
+#![allow(clippy::unwrap_used)]
+
+mod identity;
+mod kinematic;
+mod real;
+mod refusals;
+mod scene;

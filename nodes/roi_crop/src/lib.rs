@@ -1,0 +1,224 @@
+//! Cuts the object out of a registered cloud.
+//!
+//! In the hand frame (+z out along the gripper) the object is what is above the gripper's plane, near the hand's axis
+//! and not a finger (paper, Sec. VI-C: the region above the gripper of wrist joint W2). Without kinematics the cloud is
+//! in a camera's frame, and the object is what is above a given height. Either way stray points go last.
+
+mod axis;
+mod error;
+mod parameters;
+
+use cloud::{ParameterError, is_finite, outliers};
+use nalgebra::{Point3, Vector3};
+
+pub use axis::{Axis, AxisError};
+pub use error::CropError;
+pub use parameters::Parameters;
+
+/// Which frame a cloud is in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Frame {
+    /// The hand's: +z is up along the gripper, ±y are the fingers' sides.
+    Hand {
+        /// Distance between the fingers' inner faces, m, where it is known.
+        opening_m: Option<f64>,
+    },
+    /// A camera's, in which `up_axis` says where up is.
+    Camera,
+}
+
+/// The object, and what was cut away around it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crop {
+    /// Points of the object, m, in the frame of the input and in its order.
+    pub points: Vec<Point3<f32>>,
+    /// Unit vector of that frame which points up.
+    pub up: Vector3<f64>,
+    /// Where the other points went.
+    pub removed: Removed,
+}
+
+/// Points cut away, by reason. Each counts once, for the first reason that holds.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Removed {
+    /// Below the gripper's plane, or below `keep_above_m`.
+    pub below_gripper: usize,
+    /// Too far from the hand's axis, or too high.
+    pub outside_cylinder: usize,
+    /// On the fingers.
+    pub on_fingers: usize,
+    /// Strays with too few neighbours.
+    pub outliers: usize,
+}
+
+impl Removed {
+    /// All of them.
+    pub fn total(&self) -> usize {
+        self.below_gripper + self.outside_cylinder + self.on_fingers + self.outliers
+    }
+}
+
+/// Crops clouds with parameters that were checked once.
+#[derive(Debug, Clone)]
+pub struct Cropper {
+    parameters: Parameters,
+}
+
+impl Cropper {
+    /// Checks the parameters.
+    pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
+        parameters.validate()?;
+        Ok(Self { parameters })
+    }
+
+    /// The object in a cloud (m).
+    pub fn crop(&self, points: &[Point3<f32>], frame: Frame) -> Result<Crop, CropError> {
+        if points.is_empty() {
+            return Err(CropError::Empty);
+        }
+        if let Some(index) = points.iter().position(|point| !is_finite(point)) {
+            return Err(CropError::NotFinite { index });
+        }
+        let (region, up) = match frame {
+            Frame::Hand { opening_m } => (Region::hand(&self.parameters, opening_m), Vector3::z()),
+            Frame::Camera => (
+                Region::camera(&self.parameters),
+                self.parameters.up_axis.vector(),
+            ),
+        };
+        let mut removed = Removed::default();
+        let mut kept = region.keep(points, &mut removed);
+        self.drop_strays(&mut kept, &mut removed);
+        if kept.is_empty() {
+            return Err(CropError::nothing_left(points.len(), removed, frame));
+        }
+        Ok(Crop {
+            points: kept,
+            up,
+            removed,
+        })
+    }
+
+    fn drop_strays(&self, points: &mut Vec<Point3<f32>>, removed: &mut Removed) {
+        let (radius_m, min_neighbours) = (
+            self.parameters.stray_radius_m,
+            self.parameters.stray_min_neighbours,
+        );
+        let mut is_inlier = outliers::radius(points, radius_m as f32, min_neighbours).into_iter();
+        let before = points.len();
+        points.retain(|_| is_inlier.next().unwrap_or(true));
+        removed.outliers = before - points.len();
+    }
+}
+
+/// The part of space in which the object is.
+struct Region {
+    up: Vector3<f32>,
+    above_m: f32,
+    cylinder: Option<Cylinder>,
+    fingers: Option<Fingers>,
+}
+
+/// Upright, about the z axis.
+struct Cylinder {
+    radius_sq: f32,
+    top_m: f32,
+}
+
+/// Two boxes at ±y.
+struct Fingers {
+    half_width_m: f32,
+    inner_m: f32,
+    outer_m: f32,
+    top_m: f32,
+}
+
+impl Region {
+    fn hand(parameters: &Parameters, opening_m: Option<f64>) -> Self {
+        let plane_m = parameters.gripper_length_m - parameters.grasp_depth_m;
+        let cylinder = Cylinder {
+            radius_sq: (parameters.radius_m * parameters.radius_m) as f32,
+            top_m: (plane_m + parameters.height_m) as f32,
+        };
+        let fingers =
+            (parameters.finger_width_m > 0.0).then(|| Fingers::new(parameters, opening_m));
+        Self {
+            up: Vector3::z(),
+            above_m: plane_m as f32,
+            cylinder: Some(cylinder),
+            fingers,
+        }
+    }
+
+    fn camera(parameters: &Parameters) -> Self {
+        let up = parameters.up_axis.vector().cast();
+        Self {
+            up,
+            above_m: parameters.keep_above_m as f32,
+            cylinder: None,
+            fingers: None,
+        }
+    }
+
+    fn keep(&self, points: &[Point3<f32>], removed: &mut Removed) -> Vec<Point3<f32>> {
+        let mut kept = Vec::with_capacity(points.len());
+        for point in points {
+            if point.coords.dot(&self.up) <= self.above_m {
+                removed.below_gripper += 1;
+            } else if self
+                .cylinder
+                .as_ref()
+                .is_some_and(|cylinder| !cylinder.holds(point))
+            {
+                removed.outside_cylinder += 1;
+            } else if self
+                .fingers
+                .as_ref()
+                .is_some_and(|fingers| fingers.hold(point))
+            {
+                removed.on_fingers += 1;
+            } else {
+                kept.push(*point);
+            }
+        }
+        kept
+    }
+}
+
+impl Cylinder {
+    fn holds(&self, point: &Point3<f32>) -> bool {
+        point.xy().coords.norm_squared() <= self.radius_sq && point.z <= self.top_m
+    }
+}
+
+impl Fingers {
+    /// With an unknown opening all that is as far out as a finger can be counts: what is behind a finger cannot be
+    /// seen, so hardly a point of the object is lost.
+    fn new(parameters: &Parameters, opening_m: Option<f64>) -> Self {
+        let margin_m = parameters.finger_margin_m;
+        let (inner_m, outer_m) = match opening_m {
+            Some(opening_m) => (
+                opening_m / 2.0 - margin_m,
+                opening_m / 2.0 + parameters.finger_thickness_m + margin_m,
+            ),
+            None => (parameters.finger_inner_m, f64::INFINITY),
+        };
+        Self {
+            half_width_m: (parameters.finger_width_m / 2.0 + margin_m) as f32,
+            inner_m: inner_m as f32,
+            outer_m: outer_m as f32,
+            top_m: (parameters.gripper_length_m + margin_m) as f32,
+        }
+    }
+
+    fn hold(&self, point: &Point3<f32>) -> bool {
+        let aside_m = point.y.abs();
+        let is_beside = point.x.abs() <= self.half_width_m
+            && aside_m >= self.inner_m
+            && aside_m <= self.outer_m;
+        is_beside && point.z <= self.top_m
+    }
+}
+
+#[cfg(test)]
+mod tests;

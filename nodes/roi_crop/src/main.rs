@@ -1,0 +1,93 @@
+//! Cuts the object out of each complete registered cloud, and out of any on request.
+
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use anyhow::Context;
+use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
+use msg::timing;
+use node::{Expect, Latch, Node};
+use roi_crop::{Crop, Cropper, Frame, Parameters};
+
+fn main() -> ExitCode {
+    node::run("roi_crop", serve)
+}
+
+async fn serve(node: Node) -> anyhow::Result<()> {
+    let cropper = Arc::new(Cropper::new(node.parameters(Parameters::validate)?)?);
+    let objects = node.publish("object", 16, Latch::Yes)?;
+    let clouds = node.publish("object/cloud", 4, Latch::Yes)?;
+    let latest = Mutex::new(String::new());
+    let _registered = node.subscribe("registered", Expect::EVENTS, {
+        let cropper = Arc::clone(&cropper);
+        move |registered: RegisteredCloud| {
+            let is_complete = registered.views.len() == registered.count as usize;
+            let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
+            // Latched messages come again each second.
+            if *latest == registered.scan_id || !(is_complete || !registered.error.is_empty()) {
+                return;
+            }
+            latest.clone_from(&registered.scan_id);
+            let object = cut_out(&cropper, registered);
+            match &object.error[..] {
+                "" => clouds.send(object.cloud.clone()),
+                error => log::error!("scan {}: {error}", object.scan_id),
+            }
+            objects.send(object);
+        }
+    })?;
+    let _service = node.serve::<CropCloud>("crop_cloud", move |request| {
+        Ok(CropCloudRes {
+            object: cut_out(&cropper, request.registered),
+        })
+    })?;
+    node.until_shutdown().await;
+    Ok(())
+}
+
+/// The object of a registered cloud; what went wrong before comes through as it is.
+fn cut_out(cropper: &Cropper, registered: RegisteredCloud) -> ObjectCloud {
+    let mut object = ObjectCloud {
+        header: registered.header.clone(),
+        scan_id: registered.scan_id.clone(),
+        error: registered.error.clone(),
+        view_count: registered.views.len() as u32,
+        in_hand_frame: registered.in_hand_frame,
+        timing: registered.timing.clone(),
+        ..Default::default()
+    };
+    if object.error.is_empty() {
+        let (result, elapsed) = timing::timed("crop", || crop(cropper, &registered, &mut object));
+        object.timing.push(elapsed);
+        if let Err(error) = result {
+            object.error = format!("roi_crop: {error:#}");
+        }
+    }
+    object
+}
+
+fn crop(
+    cropper: &Cropper,
+    registered: &RegisteredCloud,
+    object: &mut ObjectCloud,
+) -> anyhow::Result<()> {
+    let decoded = msg::cloud::to_points(&registered.cloud).context("the registered cloud")?;
+    object.input_points = decoded.points.len() as u32;
+    let frame = if registered.in_hand_frame {
+        Frame::Hand { opening_m: None }
+    } else {
+        Frame::Camera
+    };
+    let Crop {
+        points,
+        up,
+        removed,
+    } = cropper.crop(&decoded.points, frame)?;
+    object.up = msg::transform::from_vector(&up);
+    object.cloud = msg::cloud::from_points(registered.header.clone(), &points);
+    object.below_gripper = removed.below_gripper as u32;
+    object.outside_cylinder = removed.outside_cylinder as u32;
+    object.on_fingers = removed.on_fingers as u32;
+    object.outliers = removed.outliers as u32;
+    Ok(())
+}

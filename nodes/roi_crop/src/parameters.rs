@@ -1,0 +1,91 @@
+//! What a user can set.
+
+use cloud::ParameterError;
+use cloud::parameter::in_range;
+use serde::{Deserialize, Serialize};
+
+use crate::Axis;
+
+/// Where the object is in a cloud. Defaults are for Baxter's electric gripper with standard fingers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Hand frame: from its origin to the fingertips, m.
+    pub gripper_length_m: f64,
+    /// Hand frame: how deep the object stands between the fingers, m.
+    pub grasp_depth_m: f64,
+    /// Hand frame: farthest that the object reaches from the hand's axis, m. The largest cup has 44 mm; the rest is for
+    /// a camera whose place is known badly.
+    pub radius_m: f64,
+    /// Hand frame: height of the tallest object, m.
+    pub height_m: f64,
+    /// Hand frame: width of a finger along x, m; 0 leaves the fingers in.
+    pub finger_width_m: f64,
+    /// Hand frame: thickness of a finger along y, m.
+    pub finger_thickness_m: f64,
+    /// Hand frame: where a finger's inner face may begin, from the axis, m, while the opening is unknown.
+    pub finger_inner_m: f64,
+    /// Hand frame: how much larger than the fingers the boxes are that are cut out, on each side, m.
+    pub finger_margin_m: f64,
+
+    /// Camera frame: which axis points up: `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
+    pub up_axis: Axis,
+    /// Camera frame: what is not higher than this along `up_axis` is no object, m.
+    pub keep_above_m: f64,
+
+    /// A point must have neighbours within this distance, m.
+    pub stray_radius_m: f64,
+    /// So many of them; 0 keeps all points.
+    pub stray_min_neighbours: usize,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            gripper_length_m: 0.1577,
+            grasp_depth_m: 0.03,
+            radius_m: 0.09,
+            height_m: 0.22,
+            finger_width_m: 0.042,
+            finger_thickness_m: 0.0065,
+            finger_inner_m: 0.022,
+            finger_margin_m: 0.002,
+            up_axis: Axis::OPTICAL_UP,
+            keep_above_m: -0.115,
+            stray_radius_m: 0.006,
+            stray_min_neighbours: 4,
+        }
+    }
+}
+
+impl Parameters {
+    /// Refuses what cannot be meant.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        in_range("gripper_length_m", self.gripper_length_m, 0.0..=1.0, "m")?;
+        in_range(
+            "grasp_depth_m",
+            self.grasp_depth_m,
+            0.0..=self.gripper_length_m,
+            "m (gripper_length_m)",
+        )?;
+        in_range("radius_m", self.radius_m, 0.01..=1.0, "m")?;
+        in_range("height_m", self.height_m, 0.01..=2.0, "m")?;
+        in_range("finger_width_m", self.finger_width_m, 0.0..=0.5, "m")?;
+        in_range(
+            "finger_thickness_m",
+            self.finger_thickness_m,
+            0.0..=0.5,
+            "m",
+        )?;
+        in_range("finger_inner_m", self.finger_inner_m, 0.0..=0.5, "m")?;
+        in_range("finger_margin_m", self.finger_margin_m, 0.0..=0.05, "m")?;
+        in_range("keep_above_m", self.keep_above_m, -100.0..=100.0, "m")?;
+        in_range("stray_radius_m", self.stray_radius_m, 0.0005..=0.5, "m")?;
+        in_range(
+            "stray_min_neighbours",
+            self.stray_min_neighbours,
+            0..=1000,
+            "",
+        )
+    }
+}

@@ -1,0 +1,102 @@
+//! One image, of the simulated world or of a recorded one.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use msg::Time;
+use nalgebra::Isometry3;
+use node::Transforms;
+use node::transforms::TransformError;
+use sim_camera::{D435I, DepthImage, Noise, Parameters, Placement, Playback, Renderer, Scene};
+use sim_objects::{DentError, ObjectClass, Variation, dent};
+
+use crate::messages;
+
+/// How long an exposure waits for the transforms of its moment.
+const PATIENCE: Duration = Duration::from_millis(200);
+const HAND_FRAME: &str = "left_hand";
+const BASE_FRAME: &str = "base";
+
+/// What the camera sees.
+pub enum Source {
+    /// A rendered scene; boxed because it is much larger than the other.
+    Simulated(Box<Simulated>),
+    /// Captures, one of which is shown.
+    Recorded(Arc<Mutex<Playback>>),
+}
+
+/// A scene, and what turns it into images.
+pub struct Simulated {
+    scene: Arc<Mutex<Scene>>,
+    transforms: Transforms,
+    renderer: Renderer,
+    noise: Option<Noise>,
+}
+
+/// The hand with an object, or empty. The seed tells where the dent is and how the specimen differs from the table.
+pub fn hold(class: Option<ObjectClass>, squeeze_m: f64, seed: u64) -> Result<Scene, DentError> {
+    let Some(class) = class else {
+        return Ok(Scene::empty_handed());
+    };
+    let object = class.mesh(&Variation::random(seed));
+    Ok(Scene::holding(&dent(&object, squeeze_m, seed)?))
+}
+
+impl Source {
+    /// A camera that looks at `scene` from where TF says.
+    pub fn simulated(
+        scene: Arc<Mutex<Scene>>,
+        transforms: Transforms,
+        parameters: &Parameters,
+    ) -> anyhow::Result<Self> {
+        let noise = parameters
+            .noise
+            .then(|| Noise::new(parameters.noise_model.clone(), parameters.seed.into()))
+            .transpose()?;
+        let renderer = Renderer::new(D435I);
+        Ok(Self::Simulated(Box::new(Simulated {
+            scene,
+            transforms,
+            renderer,
+            noise,
+        })))
+    }
+
+    /// What is seen at the moment `stamp`.
+    pub async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
+        match self {
+            Self::Simulated(simulated) => simulated.expose(stamp).await,
+            Self::Recorded(playback) => {
+                let playback = playback.lock().unwrap_or_else(PoisonError::into_inner);
+                Ok(playback.current().depth_image(&D435I))
+            }
+        }
+    }
+}
+
+impl Simulated {
+    async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
+        let camera = messages::CAMERA_FRAME;
+        let camera_from_hand = self
+            .transforms
+            .wait(camera, HAND_FRAME, stamp, PATIENCE)
+            .await?;
+        let scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        let optical_from_camera = messages::camera_from_optical().inverse();
+        // Arm and wall are only background: without their transforms they are left out.
+        let pose = |frame: &str| -> Option<Isometry3<f64>> {
+            let camera_from_frame = self.transforms.lookup(camera, frame, stamp).ok()?;
+            Some(optical_from_camera * camera_from_frame)
+        };
+        let placement = Placement {
+            camera_from_hand: optical_from_camera * camera_from_hand,
+            camera_from_links: scene.links.iter().map(|link| pose(&link.frame)).collect(),
+            camera_from_base: pose(BASE_FRAME),
+        };
+        let clean = self.renderer.render(&scene, &placement);
+        Ok(match &mut self.noise {
+            Some(noise) => noise.apply(clean, &D435I),
+            None => clean.to_depth_image(),
+        })
+    }
+}

@@ -1,0 +1,44 @@
+//! What a RealSense D435i on the robot's head would see of an object in the gripper.
+//!
+//! A [`Scene`] (object, gripper, arm, wall) in a [`Placement`] is rendered into inverse depth, and a
+//! [`Noise`] makes of that what a stereo camera would measure. [`Playback`] makes depth images of
+//! recorded clouds instead. No ROS here: the node is in `main.rs`, and training uses this library.
+//!
+//! Frames: optical (x right, y down, z forward), `left_hand` and Baxter's `base`; metres throughout.
+
+mod gripper;
+mod image;
+mod intrinsics;
+mod noise;
+mod parameters;
+mod placement;
+mod playback;
+mod raster;
+mod scene;
+mod stereo;
+
+pub use image::{DepthImage, InverseDepth};
+pub use intrinsics::{D435I, Intrinsics, deproject, project};
+pub use noise::{Noise, NoiseParameters};
+pub use parameters::{CapturesFrame, Parameters};
+pub use placement::{Placement, scan_base_from_camera, scan_base_from_hand};
+pub use playback::{Capture, CaptureFrame, Playback, PlaybackError};
+pub use raster::Renderer;
+pub use scene::{Link, OBJECT_BOTTOM_Z_M, Scene};
+
+/// Renders one view. Without noise the depth is exact to the millimetre.
+///
+/// For many views in a row keep a [`Renderer`], which keeps its buffers.
+pub fn render_view(
+    scene: &Scene,
+    placement: &Placement,
+    intrinsics: &Intrinsics,
+    noise: Option<&mut Noise>,
+) -> DepthImage {
+    let mut renderer = Renderer::new(intrinsics.clone());
+    let clean = renderer.render(scene, placement);
+    match noise {
+        Some(noise) => noise.apply(clean, intrinsics),
+        None => clean.to_depth_image(),
+    }
+}

@@ -1,0 +1,168 @@
+//! The simulated camera as a ROS node: the topics of a D435i's depth stream, rendered from TF or played from captures.
+//!
+//! The service `hold_object` puts another object into the hand. Where captures are played there is no robot: the service
+//! `rotate_wrist` then stands in for the wrist, and each call shows the next capture.
+
+mod exposure;
+mod messages;
+
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use exposure::{Source, hold};
+use msg::Time;
+use msg::deformable_cobot::{
+    HoldObject, HoldObjectReq, HoldObjectRes, RotateWrist, RotateWristReq, RotateWristRes,
+};
+use msg::sensor_msgs::{CameraInfo, Image};
+use node::transforms::TransformError;
+use node::{Latch, Level, Node, Publisher, Server};
+use sim_camera::{Parameters, Playback, Scene};
+use tokio::sync::mpsc::{Receiver, channel};
+use tokio::time::{MissedTickBehavior, interval};
+
+/// Exposures under way: one being rendered, one waiting for its transforms.
+const EXPOSURES_MAX: usize = 2;
+/// Images kept for a slow subscriber.
+const IMAGES_MAX: usize = 4;
+
+fn main() -> ExitCode {
+    node::run("sim_camera", run)
+}
+
+async fn run(node: Node) -> anyhow::Result<()> {
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let (source, _service) = set_up(&node, &parameters)?;
+    let frames = node.publish("/tf_static", 1, Latch::Yes)?;
+    frames.send(messages::camera_frames(node.clock().now()));
+
+    let (shutter, exposures) = channel(EXPOSURES_MAX);
+    let camera = Camera {
+        images: node.publish("camera/depth/image_rect_raw", IMAGES_MAX, Latch::No)?,
+        infos: node.publish("camera/depth/camera_info", IMAGES_MAX, Latch::No)?,
+        node: node.clone(),
+        source,
+    };
+    tokio::spawn(camera.develop(exposures));
+    let mut ticker = interval(Duration::from_secs_f64(1.0 / parameters.rate_hz));
+    ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let expose = async {
+        loop {
+            ticker.tick().await;
+            // Full where rendering is too slow: a camera drops frames, too.
+            let _ = shutter.try_send(node.clock().now());
+        }
+    };
+    tokio::select! {
+        () = expose => {}
+        () = node.until_shutdown() => {}
+    }
+    Ok(())
+}
+
+/// What the camera sees, and the service that changes it.
+fn set_up(node: &Node, parameters: &Parameters) -> anyhow::Result<(Source, Server)> {
+    if let Some(folder) = parameters.captures_folder() {
+        let playback = Playback::open(folder, parameters.capture_frame())?;
+        log::info!(
+            "playing {} captures of {}",
+            playback.captures().len(),
+            folder.display()
+        );
+        let playback = Arc::new(Mutex::new(playback));
+        let service = offer_rotate_wrist(node, &playback)?;
+        return Ok((Source::Recorded(playback), service));
+    }
+    let class = parameters.object_class()?;
+    let scene = hold(class, parameters.squeeze_m, parameters.seed.into())?;
+    let scene = Arc::new(Mutex::new(scene));
+    let service = offer_hold_object(node, &scene)?;
+    let source = Source::simulated(scene, node.transforms()?, parameters)?;
+    Ok((source, service))
+}
+
+fn offer_hold_object(node: &Node, scene: &Arc<Mutex<Scene>>) -> anyhow::Result<Server> {
+    let scene = Arc::clone(scene);
+    node.serve::<HoldObject>("hold_object", move |request| {
+        let result = held(&request).map(|held| {
+            *scene.lock().unwrap_or_else(PoisonError::into_inner) = held;
+            log::info!("holding '{}'", request.object);
+        });
+        let error = result
+            .err()
+            .map(|error| error.to_string())
+            .unwrap_or_default();
+        Ok(HoldObjectRes {
+            success: error.is_empty(),
+            error,
+        })
+    })
+}
+
+fn held(request: &HoldObjectReq) -> anyhow::Result<Scene> {
+    let class = match request.object.as_str() {
+        "" => None,
+        name => Some(name.parse()?),
+    };
+    Ok(hold(class, request.squeeze, request.seed)?)
+}
+
+fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {
+    let (playback, clock) = (Arc::clone(playback), node.clock());
+    node.serve::<RotateWrist>("rotate_wrist", move |RotateWristReq { angle }| {
+        let mut playback = playback.lock().unwrap_or_else(PoisonError::into_inner);
+        log::info!("showing {}", playback.advance().path.display());
+        Ok(RotateWristRes {
+            success: true,
+            error: String::new(),
+            angle,
+            at_rest: clock.now(),
+        })
+    })
+}
+
+struct Camera {
+    node: Node,
+    source: Source,
+    images: Publisher<Image>,
+    infos: Publisher<CameraInfo>,
+}
+
+impl Camera {
+    /// Publishes an image and its camera_info for each exposure; the image only while somebody wants it.
+    async fn develop(mut self, mut exposures: Receiver<Time>) {
+        let mut seeing = true;
+        while let Some(stamp) = exposures.recv().await {
+            if self.images.is_subscribed() {
+                let seen = self.source.expose(stamp).await;
+                self.report(seeing, seen.as_ref().err());
+                seeing = seen.is_ok();
+                if let Ok(image) = seen {
+                    self.images.send(messages::image(stamp, &image));
+                }
+            }
+            let info = messages::camera_info(stamp, &sim_camera::D435I);
+            self.infos.send(info);
+        }
+    }
+
+    /// Tells diagnostics how it goes, and the log when that changes.
+    fn report(&self, seeing_before: bool, trouble: Option<&TransformError>) {
+        let health = self.node.health();
+        match trouble {
+            Some(trouble) => {
+                if seeing_before {
+                    log::warn!("no image: {trouble}");
+                }
+                health.set("image", Level::Warn, trouble.to_string());
+            }
+            None => {
+                if !seeing_before {
+                    log::info!("images again");
+                }
+                health.set("image", Level::Ok, "as it should be");
+            }
+        }
+    }
+}

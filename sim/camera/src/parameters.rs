@@ -1,0 +1,161 @@
+//! Settings of the node.
+
+use std::path::{Path, PathBuf};
+
+use cloud::ParameterError;
+use cloud::parameter::in_range;
+use serde::{Deserialize, Serialize};
+use sim_objects::{ObjectClass, SQUEEZE_MAX_M};
+
+use crate::noise::NoiseParameters;
+use crate::playback::CaptureFrame;
+
+/// What the camera sees, and how well.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// Object in the hand at the start; empty: none.
+    pub object: String,
+    /// Depth of its dent, in metres.
+    pub squeeze_m: f64,
+    /// Draws the dent's place and the noise.
+    pub seed: u32,
+    /// Whether to measure as a real camera does; otherwise depth is exact to the millimetre.
+    pub noise: bool,
+    /// How good the camera is, where there is noise.
+    pub noise_model: NoiseParameters,
+    /// Folder of recorded captures to play instead of rendering; empty: render.
+    pub captures: PathBuf,
+    /// Axes of the captures.
+    pub captures_frame: CapturesFrame,
+    /// Images a second.
+    pub rate_hz: f64,
+}
+
+/// Axes of recorded captures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CapturesFrame {
+    /// PLY files are in the viewer's frame, PCD files in the optical one.
+    Auto,
+    /// x right, y up, z towards the viewer.
+    Viewer,
+    /// x right, y down, z forward.
+    Optical,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            object: String::new(),
+            squeeze_m: 0.0,
+            seed: 1,
+            noise: true,
+            noise_model: NoiseParameters::default(),
+            captures: PathBuf::new(),
+            captures_frame: CapturesFrame::Auto,
+            rate_hz: 30.0,
+        }
+    }
+}
+
+impl Parameters {
+    /// Refuses what cannot be meant.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        self.object_class()?;
+        in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
+        in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
+        self.noise_model.validate()
+    }
+
+    /// The object in the hand at the start.
+    pub fn object_class(&self) -> Result<Option<ObjectClass>, ParameterError> {
+        let names = || ObjectClass::ALL.map(ObjectClass::name).join(", ");
+        match self.object.as_str() {
+            "" => Ok(None),
+            name => name.parse().map(Some).map_err(|_| {
+                ParameterError::new("object", name, format!("empty or one of {}", names()))
+            }),
+        }
+    }
+
+    /// The folder of recorded captures, if any are to be played.
+    pub fn captures_folder(&self) -> Option<&Path> {
+        Some(self.captures.as_path()).filter(|folder| !folder.as_os_str().is_empty())
+    }
+
+    /// The axes of all captures, unless each file's type tells.
+    pub fn capture_frame(&self) -> Option<CaptureFrame> {
+        match self.captures_frame {
+            CapturesFrame::Auto => None,
+            CapturesFrame::Viewer => Some(CaptureFrame::Viewer),
+            CapturesFrame::Optical => Some(CaptureFrame::Optical),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_valid_and_hold_nothing() {
+        let parameters = Parameters::default();
+        parameters.validate().unwrap();
+        assert_eq!(parameters.object_class(), Ok(None));
+        assert_eq!(
+            (parameters.captures_folder(), parameters.capture_frame()),
+            (None, None)
+        );
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_named() {
+        let default = Parameters::default;
+        let noise_model = NoiseParameters {
+            edge_mixing: -1.0,
+            ..Default::default()
+        };
+        for (parameters, name) in [
+            (
+                Parameters {
+                    object: "teapot".into(),
+                    ..default()
+                },
+                "object is teapot",
+            ),
+            (
+                Parameters {
+                    squeeze_m: 0.1,
+                    ..default()
+                },
+                "squeeze_m is 0.1",
+            ),
+            (
+                Parameters {
+                    rate_hz: 0.0,
+                    ..default()
+                },
+                "rate_hz is 0",
+            ),
+            (
+                Parameters {
+                    noise_model,
+                    ..default()
+                },
+                "edge_mixing is -1",
+            ),
+        ] {
+            let error = parameters.validate().unwrap_err().to_string();
+            assert!(error.contains(name), "{error}");
+        }
+        let error = Parameters {
+            object: "teapot".into(),
+            ..default()
+        }
+        .validate()
+        .unwrap_err();
+        assert!(error.to_string().contains("medium-can"), "{error}");
+    }
+}

@@ -1,0 +1,177 @@
+//! The names of the eight objects.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::mesh::Mesh;
+use crate::profile;
+use crate::variation::Variation;
+
+/// One of the paper's eight objects. The order of [`ObjectClass::ALL`] is the order of a model's labels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ObjectClass {
+    /// Soft-drink can, 65.5 mm wide and 127.4 mm high.
+    MediumCan,
+    /// Tin of sweet corn, 75.9 x 118.5 mm.
+    FoodCan,
+    /// Paper cup, 88.5 x 102.9 mm.
+    SmallCup,
+    /// Plastic cup, 83.4 x 126.7 mm.
+    MediumCup,
+    /// Drinks cup, 88.7 x 171.1 mm.
+    LargeCup,
+    /// Foam basketball, 61.2 x 63.8 mm.
+    TinyBall,
+    /// Tennis ball, 64.0 x 64.7 mm.
+    SmallBall,
+    /// Foam ball, 97.4 x 90.0 mm.
+    MediumBall,
+}
+
+impl ObjectClass {
+    /// All objects, in the order of a model's labels.
+    pub const ALL: [ObjectClass; 8] = [
+        ObjectClass::MediumCan,
+        ObjectClass::FoodCan,
+        ObjectClass::SmallCup,
+        ObjectClass::MediumCup,
+        ObjectClass::LargeCup,
+        ObjectClass::TinyBall,
+        ObjectClass::SmallBall,
+        ObjectClass::MediumBall,
+    ];
+
+    /// The name used in messages, labels and file names.
+    pub fn name(self) -> &'static str {
+        match self {
+            ObjectClass::MediumCan => "medium-can",
+            ObjectClass::FoodCan => "food-can",
+            ObjectClass::SmallCup => "small-cup",
+            ObjectClass::MediumCup => "medium-cup",
+            ObjectClass::LargeCup => "large-cup",
+            ObjectClass::TinyBall => "tiny-ball",
+            ObjectClass::SmallBall => "small-ball",
+            ObjectClass::MediumBall => "medium-ball",
+        }
+    }
+
+    /// The undented object in the object frame.
+    pub fn mesh(self, variation: &Variation) -> Mesh {
+        let mut mesh = profile::revolve(&profile::of(self), profile::SEGMENTS);
+        variation.apply(&mut mesh);
+        mesh
+    }
+}
+
+impl fmt::Display for ObjectClass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A name that is none of the eight.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("unknown object '{name}': expected one of {}", names())]
+pub struct UnknownObject {
+    /// What was asked for.
+    pub name: String,
+}
+
+impl FromStr for ObjectClass {
+    type Err = UnknownObject;
+
+    fn from_str(name: &str) -> Result<Self, UnknownObject> {
+        Self::ALL
+            .into_iter()
+            .find(|class| class.name() == name)
+            .ok_or_else(|| UnknownObject {
+                name: name.to_owned(),
+            })
+    }
+}
+
+fn names() -> String {
+    ObjectClass::ALL.map(ObjectClass::name).join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn names_round_trip() {
+        for class in ObjectClass::ALL {
+            assert_eq!(class.to_string().parse::<ObjectClass>().unwrap(), class);
+        }
+    }
+
+    #[test]
+    fn unknown_name_lists_the_allowed_ones() {
+        let text = "Medium-Can".parse::<ObjectClass>().unwrap_err().to_string();
+        assert!(text.contains("'Medium-Can'"), "{text}");
+        for class in ObjectClass::ALL {
+            assert!(text.contains(class.name()), "{text}");
+        }
+    }
+
+    /// Width and height in millimetres, as measured on scans of the real objects.
+    const SIZES_MM: [(ObjectClass, f32, f32); 8] = [
+        (ObjectClass::MediumCan, 65.5, 127.4),
+        (ObjectClass::FoodCan, 75.9, 118.5),
+        (ObjectClass::SmallCup, 88.5, 102.9),
+        (ObjectClass::MediumCup, 83.4, 126.7),
+        (ObjectClass::LargeCup, 88.7, 171.1),
+        (ObjectClass::TinyBall, 61.2, 63.8),
+        (ObjectClass::SmallBall, 64.0, 64.7),
+        (ObjectClass::MediumBall, 97.4, 90.0),
+    ];
+
+    #[test]
+    fn extents_are_those_of_the_table() {
+        for (class, width_mm, height_mm) in SIZES_MM {
+            let mesh = class.mesh(&Variation::NONE);
+            let (min, max) = mesh.bounds();
+            let size_mm = (max - min) * 1000.0;
+            assert!((size_mm.x - width_mm).abs() < 0.01, "{class}: {size_mm:?}");
+            assert!((size_mm.y - width_mm).abs() < 0.01, "{class}: {size_mm:?}");
+            assert!((size_mm.z - height_mm).abs() < 0.01, "{class}: {size_mm:?}");
+            assert!(min.z.abs() < 1e-6, "{class} does not stand on its bottom");
+        }
+    }
+
+    #[test]
+    fn meshes_are_closed_oriented_outward_and_of_moderate_size() {
+        for class in ObjectClass::ALL {
+            let mesh = class.mesh(&Variation::NONE);
+            assert!(mesh.is_closed_manifold(), "{class}");
+            assert!(mesh.volume_m3() > 0.0, "{class} is inside out");
+            let count = mesh.triangles.len();
+            assert!(
+                (4_000..12_000).contains(&count),
+                "{class}: {count} triangles"
+            );
+        }
+    }
+
+    #[test]
+    fn cups_are_open_at_the_top_and_the_others_are_not() {
+        use ObjectClass::*;
+        for class in ObjectClass::ALL {
+            let mesh = class.mesh(&Variation::NONE);
+            let height_m = mesh.bounds().1.z;
+            let highest_at_axis_m = mesh
+                .vertices
+                .iter()
+                .filter(|v| v.x.hypot(v.y) < 1e-6)
+                .map(|v| v.z)
+                .fold(f32::MIN, f32::max);
+            let open = highest_at_axis_m < 0.15 * height_m;
+            assert_eq!(
+                open,
+                [SmallCup, MediumCup, LargeCup].contains(&class),
+                "{class}"
+            );
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Triangle mesh.
+
+use std::collections::HashSet;
+
+use nalgebra::{Isometry3, Point3};
+
+/// Triangle mesh in metres. Triangles turn counter-clockwise seen from outside.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Corner points, in metres.
+    pub vertices: Vec<Point3<f32>>,
+    /// Indices into `vertices`, three a triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Axis-aligned box between two opposite corners.
+    pub fn cuboid(min: Point3<f32>, max: Point3<f32>) -> Self {
+        let vertices = (0..8)
+            .map(|corner| {
+                let pick = |axis: usize| {
+                    if corner >> axis & 1 == 1 {
+                        max[axis]
+                    } else {
+                        min[axis]
+                    }
+                };
+                Point3::new(pick(0), pick(1), pick(2))
+            })
+            .collect();
+        let quads: [[u32; 4]; 6] = [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ];
+        let triangles = quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect();
+        Self {
+            vertices,
+            triangles,
+        }
+    }
+
+    /// Closed cylinder about z between two heights, in metres.
+    pub fn cylinder(radius_m: f32, z_min_m: f32, z_max_m: f32, segments: usize) -> Self {
+        let profile = [
+            [0.0, z_min_m],
+            [radius_m, z_min_m],
+            [radius_m, z_max_m],
+            [0.0, z_max_m],
+        ];
+        crate::revolve(&profile, segments)
+    }
+
+    /// The mesh moved rigidly.
+    pub fn transformed(&self, target_from_mesh: &Isometry3<f32>) -> Self {
+        Self {
+            vertices: self.vertices.iter().map(|v| target_from_mesh * v).collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+
+    /// Adds another mesh's triangles; the two stay unconnected.
+    pub fn append(&mut self, other: &Mesh) {
+        let base = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(&other.vertices);
+        self.triangles
+            .extend(other.triangles.iter().map(|t| t.map(|index| index + base)));
+    }
+
+    /// Smallest and largest coordinates, in metres. For an empty mesh the first exceeds the second.
+    pub fn bounds(&self) -> (Point3<f32>, Point3<f32>) {
+        let empty = (Point3::from([f32::MAX; 3]), Point3::from([f32::MIN; 3]));
+        self.vertices
+            .iter()
+            .fold(empty, |(min, max), v| (min.inf(v), max.sup(v)))
+    }
+
+    /// Enclosed volume in cubic metres; negative where the triangles face inward.
+    pub fn volume_m3(&self) -> f64 {
+        let corner = |index: u32| self.vertices[index as usize].coords.cast::<f64>();
+        self.triangles
+            .iter()
+            .map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))) / 6.0)
+            .sum()
+    }
+
+    /// True where every edge is shared by exactly two triangles that run along it in opposite directions.
+    pub fn is_closed_manifold(&self) -> bool {
+        let mut edges = HashSet::new();
+        let unique = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .all(|edge| edge.0 != edge.1 && edges.insert(edge));
+        unique && edges.iter().all(|&(a, b)| edges.contains(&(b, a)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn primitives_are_closed_and_have_their_volume() {
+        let cuboid = Mesh::cuboid(Point3::new(-1.0, 0.0, 1.0), Point3::new(1.0, 3.0, 2.0));
+        assert!(cuboid.is_closed_manifold());
+        assert!((cuboid.volume_m3() - 6.0).abs() < 1e-9);
+        let cylinder = Mesh::cylinder(0.5, -1.0, 1.0, 256);
+        assert!(cylinder.is_closed_manifold());
+        assert!((cylinder.volume_m3() - std::f64::consts::FRAC_PI_2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn an_open_mesh_is_not_closed() {
+        let mut cuboid = Mesh::cuboid(Point3::origin(), Point3::new(1.0, 1.0, 1.0));
+        cuboid.triangles.pop();
+        assert!(!cuboid.is_closed_manifold());
+    }
+
+    #[test]
+    fn append_keeps_both_closed() {
+        let mut mesh = Mesh::cylinder(0.1, 0.0, 1.0, 8);
+        mesh.append(&Mesh::cuboid(Point3::origin(), Point3::new(1.0, 1.0, 1.0)));
+        assert!(mesh.is_closed_manifold());
+    }
+}

@@ -1,0 +1,96 @@
+"""Fixtures of the whole-system tests. Each test runs in a process of its own (pytest-forked)."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+import pytest
+
+from graph import Core, Graph
+from processes import MARK, kill_marked
+
+LINES_SHOWN = 60
+# The folder that the tests of a session share; each runs in a process of its own.
+SHARED = 'DEFORMABLE_COBOT_SHARED'
+
+
+@pytest.fixture(scope='session')
+def checkout():
+    """The top folder of this project."""
+    return pathlib.Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope='session')
+def executables(checkout):
+    """Names of the programs that the package offers."""
+    lists = (checkout / 'ros' / 'CMakeLists.txt').read_text()
+    return sorted(lists.split('set(EXECUTABLES')[1].split(')')[0].split())
+
+
+@pytest.fixture(scope='session')
+def real(checkout):
+    """Folder with real scans and captures; the test is skipped where there is none."""
+    folder = pathlib.Path(os.environ.get('DEFORMABLE_COBOT_REAL', checkout.parent / 'shared' / 'real'))
+    if not folder.is_dir():
+        pytest.skip(f'no real data: {folder} is missing; DEFORMABLE_COBOT_REAL may name another folder')
+    return folder
+
+
+@pytest.fixture(scope='session')
+def shared_folder():
+    """A folder for what is made once and used by several tests."""
+    return pathlib.Path(os.environ[SHARED])
+
+
+@pytest.fixture
+def core(tmp_path):
+    """A roscore on a free port; all that runs on it is ended after the test."""
+    core = Core(tmp_path)
+    try:
+        core.start()
+        yield core
+    finally:
+        core.stop()
+
+
+@pytest.fixture
+def launch(core):
+    """Starts one of the package's launch files: launch('sim.launch', name=value) -> Graph."""
+    return lambda file, **arguments: Graph(core, file, **arguments)
+
+
+@pytest.fixture
+def shell(tmp_path):
+    """Runs a bash script to its end; returns what it printed, or fails with it."""
+    def run(script, timeout_s=60, **variables):
+        done = subprocess.run(['bash', '-c', script], cwd=tmp_path, env={**os.environ, **variables}, text=True,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              timeout=timeout_s)
+        assert done.returncode == 0, f'{script}\nended with {done.returncode}:\n{done.stdout}'
+        return done.stdout
+    return run
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item):
+    """Shows the ends of the programs' logs where a test fails."""
+    report = (yield).get_result()
+    core = item.funcargs.get('core')
+    if report.failed and core is not None:
+        for program in core.programs:
+            end = '\n'.join(program.printed().splitlines()[-LINES_SHOWN:])
+            report.sections.append((' '.join(program.command), end))
+
+
+def pytest_sessionstart():
+    os.environ[MARK] = f'pytest-{os.getpid()}:'
+    os.environ[SHARED] = tempfile.mkdtemp(prefix='deformable_cobot-')
+
+
+def pytest_unconfigure():
+    """Removes what the tests shared, and kills what tests that crashed have left."""
+    if MARK in os.environ:
+        kill_marked(os.environ[MARK])
+        shutil.rmtree(os.environ[SHARED], ignore_errors=True)

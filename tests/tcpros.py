@@ -1,0 +1,103 @@
+"""Peers that speak the ROS wire protocols badly on purpose: what rospy would never do, the tests need."""
+
+import socket
+import struct
+import threading
+import xmlrpc.server
+
+import rosgraph
+
+
+def frame(payload):
+    """A payload with its length, as it is sent."""
+    return struct.pack('<I', len(payload)) + payload
+
+
+def header(**fields):
+    """A connection header."""
+    return frame(b''.join(frame(f'{name}={value}'.encode()) for name, value in fields.items()))
+
+
+def read_frame(connection):
+    """The next length-prefixed block."""
+    def exactly(count):
+        data = b''
+        while len(data) < count:
+            piece = connection.recv(count - len(data))
+            if not piece:
+                raise ConnectionError('closed')
+            data += piece
+        return data
+    return exactly(struct.unpack('<I', exactly(4))[0])
+
+
+class BrokenPublisher:
+    """Publishes whatever bytes it is told to, and drops links without a word to the master."""
+
+    def __init__(self, topic, kind, name='/broken_publisher'):
+        self.topic, self.kind, self.name = topic, kind, name
+        self.connections = []
+        self.dialled = 0
+        self.listener = socket.create_server(('127.0.0.1', 0))
+        self.api = xmlrpc.server.SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False, allow_none=True)
+        port = self.listener.getsockname()[1]
+        self.api.register_function(lambda *_: (1, '', ['TCPROS', '127.0.0.1', port]), 'requestTopic')
+        self.api.register_function(lambda *_: (1, '', 1), 'getPid')
+        self.uri = f'http://127.0.0.1:{self.api.server_address[1]}/'
+        for work in (self.api.serve_forever, self._accept):
+            threading.Thread(target=work, daemon=True).start()
+        rosgraph.Master(name).registerPublisher(topic, kind._type, self.uri)
+
+    def _accept(self):
+        while True:
+            connection, _ = self.listener.accept()
+            try:
+                read_frame(connection)
+                connection.sendall(header(callerid=self.name, md5sum=self.kind._md5sum, type=self.kind._type,
+                                          topic=self.topic, message_definition='', latching='0'))
+            except (ConnectionError, OSError):
+                continue
+            self.dialled += 1
+            self.connections.append(connection)
+
+    def send(self, payload):
+        """Sends one message of these bytes to all who listen."""
+        for connection in self.connections:
+            connection.sendall(frame(payload))
+
+    def send_message(self, message):
+        """Sends a well-formed message."""
+        import io
+        data = io.BytesIO()
+        message.serialize(data)
+        self.send(data.getvalue())
+
+    def cut(self):
+        """Closes all links; the master is told nothing."""
+        for connection in self.connections:
+            connection.shutdown(socket.SHUT_RDWR)
+            connection.close()
+        self.connections = []
+
+
+class MuteService:
+    """Offers a service, takes connections and never answers."""
+
+    def __init__(self, name):
+        self.listener = socket.create_server(('127.0.0.1', 0))
+        self.connections = []
+        threading.Thread(target=self._accept, daemon=True).start()
+        uri = f'rosrpc://127.0.0.1:{self.listener.getsockname()[1]}'
+        rosgraph.Master('/mute_service').registerService(name, uri, 'http://127.0.0.1:1/')
+
+    def _accept(self):
+        while True:
+            connection, _ = self.listener.accept()
+            self.connections.append(connection)
+            threading.Thread(target=self._shake_hands, args=(connection,), daemon=True).start()
+
+    @staticmethod
+    def _shake_hands(connection):
+        # A probe is answered, so that the caller takes the service for a living one; then silence.
+        read_frame(connection)
+        connection.sendall(header(callerid='/mute_service', md5sum='*', type='*'))

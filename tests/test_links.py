@@ -1,0 +1,141 @@
+"""What rosrust leaves undone and lib/node does: each test fails without its remedy."""
+
+import os
+import struct
+
+import pytest
+import rosbag
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray
+from sensor_msgs.msg import JointState, PointCloud2
+
+from graph import Listener, within
+from processes import wait_until
+from tcpros import BrokenPublisher, MuteService
+
+
+@pytest.fixture
+def executable(checkout):
+    """Path of a program by its name."""
+    return lambda name: checkout / 'target' / 'release' / name
+
+
+@pytest.fixture
+def start(core, executable):
+    """Starts a node by itself: start('camera_mount', _parameter=value), and this process as a rospy node."""
+    rospy.init_node('client', anonymous=True, disable_signals=True)
+
+    def run(name, **parameters):
+        program = core.run(executable(name), *(f'{key}:={value}' for key, value in parameters.items()))
+        wait_until(lambda: f'/{name}' in core.nodes(), 20, f'{name} at the master')
+        return program
+    return run
+
+
+def messages_heard(topic):
+    """How many messages a node says, in its diagnostics, to have decoded on the topic."""
+    array = Listener('/diagnostics', DiagnosticArray).next(5, lambda array: topic in str(array.status))
+    values = {value.key: value.value for status in array.status for value in status.values}
+    return int(values[topic].split()[0])
+
+
+def test_a_lost_link_is_dialled_again(start):
+    publisher = BrokenPublisher('/points', PointCloud2)
+    start('view_capture', _use_tf='false')
+    wait_until(lambda: publisher.dialled == 1, 10, 'first link')
+    publisher.send_message(PointCloud2())
+    publisher.cut()
+    wait_until(lambda: publisher.dialled >= 2, 10, 'second link after the first was lost')
+    publisher.send_message(PointCloud2())
+    wait_until(lambda: messages_heard('points') >= 2, 10, 'a message over the second link')
+
+
+@pytest.mark.parametrize('elements', [2**31 - 1, 2**32 - 1])
+def test_a_forged_length_does_not_abort(start, elements):
+    """28 bytes that claim so many joint names."""
+    publisher = BrokenPublisher('/robot/joint_states', JointState)
+    node = start('view_capture', _use_tf='false', _mode='passive')
+    wait_until(lambda: publisher.dialled == 1, 10, 'link')
+    publisher.send(bytes(16) + struct.pack('<I', elements) + bytes(8))
+    publisher.send_message(JointState(name=['left_w2'], position=[0.0]))
+    wait_until(lambda: messages_heard('/robot/joint_states') == 1, 10, 'the good message after the forged one')
+    assert node.running()
+
+
+def test_a_call_ends_by_its_deadline(start, core):
+    MuteService('/rotate_wrist')
+    start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    rospy.wait_for_service('scan_object', 10)
+    from deformable_cobot.srv import ScanObject
+    response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    assert 'rotate_wrist did not answer within 1.0s' in response.error
+
+
+def test_an_absent_service_is_named(start):
+    start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    rospy.wait_for_service('scan_object', 10)
+    from deformable_cobot.srv import ScanObject
+    response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    assert 'nobody offers the service rotate_wrist' in response.error
+
+
+def test_a_restarted_master_learns_of_the_node_again(start, core):
+    start('camera_mount', _translation_m='[0.2, 0.0, 0.1]')
+    core.roscore.stop()
+    core.start()
+    assert '/camera_mount' not in core.nodes()
+    wait_until(lambda: '/camera_mount' in core.nodes(), 15, 'camera_mount at the new master')
+    assert 'camera_link' in core.output('rostopic', 'echo', '-n1', '/tf_static')
+    assert core.output('rosparam', 'get', '/camera_mount/translation_m').split() == ['-', '0.2', '-', '0.0', '-', '0.1']
+
+
+def test_latched_topics_are_repeated(start, core, tmp_path):
+    start('camera_mount')
+    core.output('rosbag', 'record', '--duration', '4', '-O', tmp_path / 'late.bag', '/tf_static', timeout_s=30)
+    stamps = [time.to_sec() for _, _, time in rosbag.Bag(str(tmp_path / 'late.bag')).read_messages()]
+    assert len(stamps) >= 3, 'one at the connection and one each second'
+
+
+@pytest.mark.parametrize('unset, given, expected', [
+    (['ROS_IP', 'ROS_HOSTNAME'], {}, 'neither ROS_IP nor ROS_HOSTNAME is set'),
+    ([], {'ROS_IP': 'my-computer'}, "ROS_IP is 'my-computer'"),
+    ([], {'ROS_HOSTNAME': 'no-such-host.invalid'}, 'cannot resolve'),
+    ([], {'ROS_MASTER_URI': 'localhost'}, "ROS_MASTER_URI is 'localhost'"),
+])
+def test_a_bad_environment_is_named(core, executable, unset, given, expected):
+    for name in unset:
+        core.environment.pop(name, None)
+    program = core.run(executable('camera_mount'), **given)
+    assert program.wait(20) == 1
+    assert expected in program.printed()
+
+
+def test_parameters_are_checked_and_shown(start, core, executable):
+    for arguments, expected in [(['_radius:=1'], 'unknown field `radius`'),
+                                (['_translation_m:=[9.0, 0.0, 0.0]'], 'translation_m is [9.0, 0.0, 0.0]'),
+                                (['_translation_m:=far'], 'translation_m')]:
+        program = core.run(executable('camera_mount'), *arguments)
+        assert program.wait(20) == 1
+        assert expected in program.printed(), program.printed()
+        core.output('rosparam', 'delete', '/camera_mount')
+    start('camera_mount')
+    assert 'rotation_rpy_rad' in core.output('rosparam', 'get', '/camera_mount')
+
+
+def test_a_node_says_goodbye(start, core):
+    program = start('camera_mount')
+    program.process.terminate()
+    assert program.wait(10) == 0
+    wait_until(lambda: '/camera_mount' not in core.nodes(), 5, 'camera_mount gone from the master')
+    assert os.environ['ROS_MASTER_URI'].endswith(str(core.port))
+
+
+def test_a_node_starts_again_on_the_parameters_it_wrote_back(start, core):
+    """Whole numbers come back as strings from rosrust's own encoder."""
+    first = start('view_capture', _use_tf='false')
+    first.process.kill()
+    first.wait(5)
+    second = start('view_capture')
+    rospy.wait_for_service('scan_object', 10)
+    assert second.running()
+    assert core.output('rosparam', 'get', '/view_capture/view_count').strip() == '3'

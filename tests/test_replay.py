@@ -1,0 +1,83 @@
+"""Bags: a scan recorded by rosbag, and played to the graph without a robot."""
+
+import os
+import pathlib
+
+import pytest
+
+from graph import Core, Graph, Listener
+from processes import wait_until
+
+pytestmark = [pytest.mark.built, pytest.mark.timeout(300)]
+
+TOPICS = ('/camera/depth/image_rect_raw', '/camera/depth/camera_info', '/tf', '/tf_static', '/robot/joint_states',
+          '/views', '/registered', '/object', '/classification')
+
+
+@pytest.fixture
+def bag(shared_folder, tmp_path):
+    """A scan of a dented cup, recorded once for all tests; the clients are command-line tools."""
+    bag = shared_folder / 'scan.bag'
+    if not bag.exists():
+        (tmp_path / 'recording').mkdir()
+        core = Core(tmp_path / 'recording')
+        try:
+            record(core, bag)
+        finally:
+            core.stop()
+    return bag
+
+
+def record(core, bag):
+    core.start()
+    core.launch('sim.launch')
+    wait_until(lambda: '/scan_object' in core.output('rosservice', 'list'), 60, 'scan_object', period_s=0.5)
+    core.output('rosservice', 'call', '--wait', '/hold_object', '{object: large-cup, squeeze: 0.008, seed: 3}')
+    partial = bag.with_name('partial.bag')
+    recorder = core.run('rosbag', 'record', '--output-name', partial, '__name:=recorder', *TOPICS)
+    wait_until(lambda: '/recorder' in core.nodes() and 'Subscribed to /classification' in recorder.printed(), 30,
+               'rosbag record')
+    answer = core.output('rosservice', 'call', '/scan_object', 'views: 0', timeout_s=60)
+    assert 'label: "large-cup"' in answer
+    # Latched topics are said again each second, so the answer comes even when it was just missed.
+    wait_until(lambda: os.path.getsize(f'{partial}.active') > 0, 10, 'recording')
+    core.output('rostopic', 'echo', '-n', '2', '/classification/header')
+    recorder.stop()
+    partial.rename(bag)
+
+
+def recorded_answer(bag):
+    import rosbag
+    return [message for _, message, _ in rosbag.Bag(str(bag)).read_messages('/classification')][-1]
+
+
+@pytest.mark.parametrize('rate', [1, 2])
+def test_replay_gives_the_recorded_answer(bag, core, rate):
+    from deformable_cobot.msg import Classification
+    wanted = recorded_answer(bag)
+    Graph(core, 'replay.launch', bag=bag, rate=rate)
+    answer = Listener('classification', Classification).next(timeout_s=90)
+    assert (answer.error, answer.label, answer.view_count) == ('', wanted.label, wanted.view_count)
+    assert 'sim_baxter' not in ''.join(core.nodes()), 'no robot is needed'
+
+
+def test_a_looping_bag_starts_afresh_each_time(bag, core):
+    from deformable_cobot.msg import Classification, View
+    wanted = recorded_answer(bag)
+    Graph(core, 'replay.launch', bag=bag, loop='true')
+    views, answers = Listener('views', View), Listener('classification', Classification)
+    seen = {}
+    while len(seen) < 3:
+        answer = answers.next(timeout_s=90)
+        seen[answer.scan_id] = answer
+    assert [(answer.error, answer.label) for answer in seen.values()] == [('', wanted.label)] * 3
+    taken = [view for view in views.all() if view.scan_id in seen]
+    for scan_id in seen:
+        stamps = {view.index: view.header.stamp for view in taken if view.scan_id == scan_id}
+        assert sorted(stamps) == list(range(wanted.view_count))
+        assert sorted(stamps.values()) == [stamps[index] for index in sorted(stamps)]
+
+
+def test_a_missing_bag_is_named(core):
+    player = core.launch('replay.launch', bag=pathlib.Path('/nowhere.bag'))
+    wait_until(lambda: '/nowhere.bag' in player.printed(), 30, 'message')

@@ -1,0 +1,94 @@
+"""The whole graph on the simulated robot."""
+
+import pytest
+
+from graph import Listener
+from timing import milliseconds
+
+pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
+
+VIEWS = 3
+
+
+@pytest.fixture
+def sim(launch):
+    """The simulated robot with a dented can in its hand, ready to scan."""
+    graph = launch('sim.launch')
+    graph.wait_for_service('scan_object', timeout_s=60)
+    graph.hold('medium-can')
+    return graph
+
+
+def test_scan_names_the_object(sim):
+    response = sim.scan()
+    result = response.result
+    assert (response.error, result.error) == ('', '')
+    assert result.label == 'medium-can'
+    assert result.view_count == VIEWS
+    assert result.label == result.labels[result.probabilities.index(max(result.probabilities))]
+    assert sum(result.probabilities) == pytest.approx(1, abs=1e-6)
+    assert result.provider == 'openvino:CPU'
+    assert {'capture', 'register', 'crop', 'sample', 'infer'} <= set(milliseconds(result.timing))
+
+
+def test_one_id_runs_through_all_messages_of_a_scan(sim):
+    from deformable_cobot.msg import Classification, ObjectCloud, RegisteredCloud, View
+    topics = {'views': View, 'registered': RegisteredCloud, 'object': ObjectCloud, 'classification': Classification}
+    listeners = {topic: Listener(topic, kind) for topic, kind in topics.items()}
+    ids = []
+    for _ in range(2):
+        response = sim.scan()
+        assert response.error == ''
+        ids.append(response.result.scan_id)
+        of_scan = {topic: lambda message: message.scan_id == ids[-1] for topic in topics}
+        views = [listeners['views'].next(accept=of_scan['views']) for _ in range(VIEWS)]
+        assert [view.index for view in views] == list(range(VIEWS))
+        assert all(view.has_pose and view.hand_frame == 'left_hand' for view in views)
+        complete = listeners['registered'].next(
+            accept=lambda message: message.scan_id == ids[-1] and len(message.views) == VIEWS)
+        assert all(view.accepted for view in complete.views), [view.reason for view in complete.views]
+        cut = listeners['object'].next(accept=of_scan['object'])
+        assert (cut.error, cut.in_hand_frame, cut.header.frame_id) == ('', True, 'left_hand')
+        answer = listeners['classification'].next(accept=of_scan['classification'])
+        assert answer.label == response.result.label
+        assert answer.header.stamp == views[-1].header.stamp
+    assert ids[0] != ids[1]
+
+
+def test_as_many_views_as_the_caller_asks_for(sim):
+    response = sim.scan(views=5)
+    assert (response.error, response.result.view_count) == ('', 5)
+
+
+def test_empty_hand_is_an_error_and_the_next_scan_works(sim):
+    sim.hold('')
+    assert sim.scan().error != ''
+    sim.hold('large-cup')
+    response = sim.scan()
+    assert (response.error, response.result.label) == ('', 'large-cup')
+
+
+def test_command_line_tools_see_the_graph(sim):
+    core = sim.core
+    assert 'name: ' not in core.output('rosnode', 'list')
+    answer = core.output('rosservice', 'call', '/scan_object', 'views: 0', timeout_s=60)
+    assert 'label: "medium-can"' in answer
+    # The topic is latched, and said again each second for those who came late.
+    assert 'label: "medium-can"' in core.output('rostopic', 'echo', '-n', '1', '/classification')
+    assert 'enabled: True' in core.output('rostopic', 'echo', '-n', '1', '/robot/state')
+    assert 'frame_id: "camera_depth_optical_frame"' in core.output(
+        'rostopic', 'echo', '-n', '1', '--noarr', '/camera/depth/image_rect_raw')
+    assert 'deformable_cobot/View' in core.output('rostopic', 'info', '/views')
+
+
+def test_scans_while_one_runs_are_refused_or_answered(sim):
+    import threading
+    responses = []
+    callers = [threading.Thread(target=lambda: responses.append(sim.scan())) for _ in range(2)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join(90)
+    assert len(responses) == 2
+    assert any(response.error == '' for response in responses)
+    assert all(response.error or response.result.view_count == VIEWS for response in responses)

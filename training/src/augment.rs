@@ -1,0 +1,103 @@
+//! Changes that leave a cloud's class as it is.
+
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+/// Sizes of the changes. Each cloud is also turned by any angle about the up axis, and mirrored half the time: an
+/// object stands in the hand, or before the camera, any way round.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Augmentation {
+    /// Largest turn away from upright.
+    pub tilt_rad: f64,
+    /// Standard deviation of a move of the whole cloud, along each axis.
+    pub shift_m: f64,
+    /// Standard deviation of a move of each point, along each axis.
+    pub jitter_m: f64,
+}
+
+impl Default for Augmentation {
+    fn default() -> Self {
+        Self {
+            tilt_rad: 0.03,
+            shift_m: 0.001,
+            jitter_m: 0.0005,
+        }
+    }
+}
+
+/// Changes one cloud, [N, 3] in metres with up along z.
+pub fn augment(cloud: &mut [f32], augmentation: &Augmentation, random: &mut Pcg64Mcg) {
+    let mut normal = |deviation: f64| {
+        let value: f64 = StandardNormal.sample(random);
+        (value * deviation) as f32
+    };
+    let shift = [0; 3].map(|_| normal(augmentation.shift_m));
+    for value in cloud.iter_mut() {
+        *value += normal(augmentation.jitter_m);
+    }
+    let turn_rad = random.random_range(0.0..std::f32::consts::TAU);
+    let lean_rad = random.random_range(0.0..=augmentation.tilt_rad) as f32;
+    let mirror = if random.random() { -1.0 } else { 1.0 };
+    let ((turn_sin, turn_cos), (lean_sin, lean_cos)) = (turn_rad.sin_cos(), lean_rad.sin_cos());
+    let second_turn_rad = random.random_range(0.0..std::f32::consts::TAU);
+    let (second_sin, second_cos) = second_turn_rad.sin_cos();
+    for point in cloud.chunks_exact_mut(3) {
+        let (x, y, z) = (mirror * point[0], point[1], point[2]);
+        let (x, y) = (turn_cos * x - turn_sin * y, turn_sin * x + turn_cos * y);
+        let (x, z) = (lean_cos * x + lean_sin * z, lean_cos * z - lean_sin * x);
+        let (x, y) = (
+            second_cos * x - second_sin * y,
+            second_sin * x + second_cos * y,
+        );
+        point.copy_from_slice(&[x + shift[0], y + shift[1], z + shift[2]]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn rigid_changes_keep_lengths_and_nearly_keep_upright() {
+        let augmentation = Augmentation {
+            tilt_rad: 0.03,
+            shift_m: 0.0,
+            jitter_m: 0.0,
+        };
+        for seed in 0..100 {
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            let mut cloud = [0.3, 0.4, 0.0, 0.0, 0.0, 1.0];
+            augment(&mut cloud, &augmentation, &mut random);
+            let length = |p: &[f32]| (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            assert!(
+                (length(&cloud[..3]) - 0.5).abs() < 1e-6,
+                "seed {seed}: {cloud:?}"
+            );
+            assert!(
+                (length(&cloud[3..]) - 1.0).abs() < 1e-6,
+                "seed {seed}: {cloud:?}"
+            );
+            assert!(cloud[5] > 0.9995, "seed {seed}: {cloud:?}");
+        }
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_change() {
+        let changed = |seed| {
+            let mut cloud = [0.3, 0.4, 0.0, 0.0, 0.0, 1.0];
+            augment(
+                &mut cloud,
+                &Augmentation::default(),
+                &mut Pcg64Mcg::seed_from_u64(seed),
+            );
+            cloud
+        };
+        assert_eq!(changed(5), changed(5));
+        assert_ne!(changed(5), changed(6));
+    }
+}

@@ -1,0 +1,146 @@
+//! Makes simulated scans and trains a model on them, in one go.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Parser;
+use classifier::Centring;
+use indicatif::{ProgressBar, ProgressStyle};
+use training::report;
+use training::run::{self, Settings, Stage};
+use training::trainer::EpochReport;
+
+/// Makes simulated scans of the eight objects and trains a model on them.
+///
+/// The scans go through the code of the nodes, and are kept for the next run with the same settings. The run's settings
+/// and results are written to run.yaml in the run's folder.
+#[derive(Debug, Parser)]
+#[command(
+    name = "train",
+    after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
+)]
+struct Arguments {
+    /// Where the model goes
+    #[arg(long, default_value = "config/model.onnx", value_name = "ONNX")]
+    model: PathBuf,
+    /// Where datasets and runs go
+    #[arg(long, default_value = "target/training", value_name = "FOLDER")]
+    output: PathBuf,
+    /// Make the scans again, though there are some with these settings; needed after a change of the nodes' code
+    #[arg(long)]
+    fresh: bool,
+    /// Everything random comes from this
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Specimens of each class to train on
+    #[arg(long)]
+    specimens: Option<usize>,
+    /// N, points of a cloud that the network sees
+    #[arg(long)]
+    point_count: Option<usize>,
+    /// How clouds are centred: box or centroid
+    #[arg(long, value_parser = parse_centring)]
+    centring: Option<Centring>,
+    /// F, features of a point
+    #[arg(long)]
+    features: Option<usize>,
+    /// Most epochs
+    #[arg(long)]
+    epochs: Option<usize>,
+    /// Epochs without a better validation loss before training stops
+    #[arg(long)]
+    patience: Option<usize>,
+    /// Print the results as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_centring(text: &str) -> Result<Centring, String> {
+    text.parse()
+        .map_err(|()| format!("{text:?} is neither box nor centroid"))
+}
+
+impl Arguments {
+    fn settings(&self) -> Settings {
+        let mut settings = Settings::default();
+        let set = |to: &mut usize, from: Option<usize>| *to = from.unwrap_or(*to);
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        set(&mut settings.specimens_per_class, self.specimens);
+        set(&mut settings.point_count, self.point_count);
+        if let Some(centring) = self.centring {
+            settings.centring = centring.to_string();
+        }
+        set(&mut settings.architecture.features, self.features);
+        set(&mut settings.training.epochs, self.epochs);
+        set(&mut settings.training.patience, self.patience);
+        settings
+    }
+}
+
+fn main() -> ExitCode {
+    report::exit_code("train", run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let bar = ProgressBar::new(0);
+    let results = run::run(
+        &arguments.settings(),
+        &arguments.output,
+        &arguments.model,
+        arguments.fresh,
+        |stage| show(&bar, stage),
+    )?;
+    bar.finish_and_clear();
+    if arguments.json {
+        println!("{:#}", serde_json::to_value(&results)?);
+    } else {
+        print!("{}", results.to_text());
+    }
+    Ok(())
+}
+
+fn show(bar: &ProgressBar, stage: Stage) {
+    match stage {
+        Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
+        Stage::Scanned => bar.inc(1),
+        Stage::Training { steps } => begin(bar, steps, "training"),
+        Stage::Step {
+            epoch,
+            loss,
+            accuracy,
+        } => {
+            bar.inc(1);
+            bar.set_message(format!(
+                "epoch {epoch}: loss {loss:.3}, accuracy {accuracy:.3}"
+            ));
+        }
+        Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
+    }
+}
+
+fn begin(bar: &ProgressBar, length: usize, what: &'static str) {
+    let template = "{msg} [{bar:40}] {pos}/{len} {eta}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.reset();
+    bar.set_length(length as u64);
+    bar.set_message(what);
+    if !std::io::stderr().is_terminal() {
+        eprintln!("{what}: {length} steps");
+    }
+}
+
+fn epoch_line(report: &EpochReport) -> String {
+    let best = if report.best { " (best)" } else { "" };
+    format!(
+        "epoch {:3}: loss {:.4}, accuracy {:.4}; validation loss {:.4}, accuracy {:.4}{best}",
+        report.epoch,
+        report.train_loss,
+        report.train_accuracy,
+        report.validation_loss,
+        report.validation_accuracy
+    )
+}

@@ -1,0 +1,167 @@
+//! Writes a trained network as an ONNX file.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use classifier::{INPUT_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
+use onnx_file::{Attribute, Dimension, ModelBuilder};
+
+use crate::network::{Linear, Network};
+
+/// Writes the model file under its final name only once it is complete.
+///
+/// # Errors
+/// The network is larger than a model file may be, or the file cannot be written.
+pub fn write_model(path: &Path, network: &Network, metadata: &ModelMetadata) -> Result<u64> {
+    let bytes = encode(network, metadata)?;
+    ensure!(
+        bytes.len() as u64 <= MAX_MODEL_BYTES,
+        "the model has {} bytes, but a model file has at most {MAX_MODEL_BYTES}; choose fewer features",
+        bytes.len()
+    );
+    write_atomically(path, &bytes)?;
+    Ok(bytes.len() as u64)
+}
+
+/// Writes a file so that its name never stands for half of it.
+///
+/// # Errors
+/// The folder cannot be made or the file cannot be written.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let write = || -> std::io::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        let mut file = tempfile::Builder::new()
+            .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))
+            .tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        file.persist(path).map_err(|error| error.error)?;
+        Ok(())
+    };
+    write().with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// The bytes of the model file.
+///
+/// # Errors
+/// A weight cannot be read, or is not finite.
+pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
+    let batch = Dimension::Free("batch");
+    let mut graph = Graph(ModelBuilder::new("deformable_object_classifier"));
+    graph.0.input(
+        INPUT_NAME,
+        &[
+            batch,
+            Dimension::Fixed(3),
+            Dimension::Fixed(metadata.point_count),
+        ],
+    );
+    for layer in network.layers() {
+        graph.constants(layer)?;
+    }
+    graph.0.node(
+        "Transpose",
+        &[INPUT_NAME],
+        "clouds",
+        &[("perm", Attribute::Ints(&[0, 2, 1]))],
+    );
+    let summary = graph.pooled_features(&network.transform_points, "clouds");
+    let hidden = graph.relu_layer(&network.transform_head[0], &summary);
+    let transform = graph.layer(&network.transform_head[1], &hidden);
+    graph.0.constant_i64("transform_shape", &[3], &[-1, 3, 3]);
+    graph.0.node(
+        "Reshape",
+        &[&transform, "transform_shape"],
+        "transform",
+        &[],
+    );
+    graph
+        .0
+        .node("MatMul", &["clouds", "transform"], "turned", &[]);
+    let summary = graph.pooled_features(&network.points, "turned");
+    let hidden = graph.relu_layer(&network.head[0], &summary);
+    let logits = graph.layer(&network.head[1], &hidden);
+    graph.0.node(
+        "LogSoftmax",
+        &[&logits],
+        OUTPUT_NAME,
+        &[("axis", Attribute::Int(1))],
+    );
+    graph
+        .0
+        .output(OUTPUT_NAME, &[batch, Dimension::Fixed(network.classes)]);
+    for (key, value) in metadata.to_entries() {
+        graph.0.metadata(key, &value);
+    }
+    Ok(graph.0.encode())
+}
+
+struct Graph(ModelBuilder);
+
+impl Graph {
+    fn constants(&mut self, layer: &Linear) -> Result<()> {
+        for (kind, tensor) in [("weight", &layer.weight), ("bias", &layer.bias)] {
+            let values = tensor.flatten_all()?.to_vec1::<f32>()?;
+            ensure!(
+                values.iter().all(|value| value.is_finite()),
+                "{} of {} is not finite",
+                kind,
+                layer.name
+            );
+            self.0
+                .constant_f32(&format!("{}.{kind}", layer.name), tensor.dims(), &values);
+        }
+        Ok(())
+    }
+
+    fn layer(&mut self, layer: &Linear, input: &str) -> String {
+        let (product, sum) = (
+            format!("{}.product", layer.name),
+            format!("{}.sum", layer.name),
+        );
+        self.0.node(
+            "MatMul",
+            &[input, &format!("{}.weight", layer.name)],
+            &product,
+            &[],
+        );
+        self.0.node(
+            "Add",
+            &[&product, &format!("{}.bias", layer.name)],
+            &sum,
+            &[],
+        );
+        sum
+    }
+
+    fn relu_layer(&mut self, layer: &Linear, input: &str) -> String {
+        let sum = self.layer(layer, input);
+        let output = format!("{}.output", layer.name);
+        self.0.node("Relu", &[&sum], &output, &[]);
+        output
+    }
+
+    /// Two shared layers and the maximum and mean over the points: [B, N, 3] to [B, 2 F].
+    fn pooled_features(&mut self, layers: &[Linear; 2], clouds: &str) -> String {
+        let features = self.relu_layer(&layers[0], clouds);
+        let features = self.relu_layer(&layers[1], &features);
+        let axes = [
+            ("axes", Attribute::Ints(&[1])),
+            ("keepdims", Attribute::Int(0)),
+        ];
+        let [max, mean, both] = ["max", "mean", "summary"].map(|part| format!("{features}.{part}"));
+        self.0.node("ReduceMax", &[&features], &max, &axes);
+        self.0.node("ReduceMean", &[&features], &mean, &axes);
+        self.0.node(
+            "Concat",
+            &[&max, &mean],
+            &both,
+            &[("axis", Attribute::Int(1))],
+        );
+        both
+    }
+}

@@ -1,0 +1,15 @@
+//! Trains the classifier on simulated scans (paper, Sec. V and VI) and measures it.
+
+pub mod augment;
+pub mod dataset;
+pub mod export;
+pub mod files;
+pub mod fused;
+pub mod metrics;
+pub mod network;
+pub mod report;
+pub mod run;
+pub mod samples;
+pub mod scan;
+pub mod setup;
+pub mod trainer;

@@ -1,0 +1,101 @@
+//! How often a classifier is right, and what it confuses.
+
+use serde::Serialize;
+
+/// Counts of true against predicted classes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Confusion {
+    /// Class names, in the order of rows and columns.
+    pub labels: Vec<String>,
+    /// `counts[truth][prediction]`
+    pub counts: Vec<Vec<u32>>,
+}
+
+impl Confusion {
+    /// No counts yet.
+    pub fn new(labels: &[String]) -> Self {
+        Self {
+            labels: labels.to_vec(),
+            counts: vec![vec![0; labels.len()]; labels.len()],
+        }
+    }
+
+    /// Counts one answer, by class indices.
+    pub fn add(&mut self, truth: usize, prediction: usize) {
+        self.counts[truth][prediction] += 1;
+    }
+
+    /// Share of right answers; 0 without answers.
+    pub fn accuracy(&self) -> f64 {
+        let right: u32 = (0..self.labels.len())
+            .map(|class| self.counts[class][class])
+            .sum();
+        share(right, self.counts.iter().flatten().sum())
+    }
+
+    /// Share of right answers within each true class.
+    pub fn class_accuracies(&self) -> Vec<f64> {
+        let rows = self.counts.iter().enumerate();
+        rows.map(|(class, row)| share(row[class], row.iter().sum()))
+            .collect()
+    }
+
+    /// A table for people: a row a true class, a column a predicted one.
+    pub fn table(&self) -> String {
+        let width = self.labels.iter().map(String::len).max().unwrap_or(0);
+        let mut table = String::new();
+        for ((label, row), accuracy) in self
+            .labels
+            .iter()
+            .zip(&self.counts)
+            .zip(self.class_accuracies())
+        {
+            let cells: String = row.iter().map(|count| format!("{count:6}")).collect();
+            table += &format!("{label:width$}{cells}  {:5.1} %\n", 100.0 * accuracy);
+        }
+        table
+    }
+}
+
+fn share(part: u32, whole: u32) -> f64 {
+    if whole == 0 {
+        0.0
+    } else {
+        f64::from(part) / f64::from(whole)
+    }
+}
+
+/// The threshold that `share_kept` of the values reach, for values from a validation set; 0 without values.
+pub fn threshold_keeping(mut values: Vec<f64>, share_kept: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let below = ((1.0 - share_kept) * values.len() as f64).floor() as usize;
+    values.get(below).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn accuracies_count_the_diagonal() {
+        let mut confusion = Confusion::new(&["a".to_owned(), "b".to_owned()]);
+        for (truth, prediction) in [(0, 0), (0, 0), (0, 1), (1, 1)] {
+            confusion.add(truth, prediction);
+        }
+        assert_eq!(confusion.accuracy(), 0.75);
+        assert_eq!(confusion.class_accuracies(), [2.0 / 3.0, 1.0]);
+        assert!(confusion.table().starts_with("a     2     1   66.7 %"));
+        assert_eq!(Confusion::new(&["a".to_owned()]).accuracy(), 0.0);
+    }
+
+    #[test]
+    fn a_threshold_keeps_its_share() {
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let threshold = threshold_keeping(values.clone(), 0.95);
+        assert_eq!(
+            values.iter().filter(|&&value| value >= threshold).count(),
+            95
+        );
+        assert_eq!(threshold_keeping(Vec::new(), 0.95), 0.0);
+    }
+}

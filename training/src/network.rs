@@ -1,0 +1,192 @@
+//! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its own choice, two
+//! layers shared by all points find features, and a dense head names the object.
+//!
+//! Differences from the figure: features are pooled over the points (maximum and mean) before the dense layer instead
+//! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB.
+
+use candle_core::{D, Device, Result, Tensor, Var};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use crate::fused::{bias_relu, pool};
+
+/// Name and version of this network, stored in each model file.
+pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-1";
+
+/// Widths of the layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Architecture {
+    /// Features of a point in the spatial transformer.
+    pub transformer_features: usize,
+    /// Features of a point before pooling (the paper's F).
+    pub features: usize,
+    /// Width of the head's hidden layer.
+    pub hidden: usize,
+}
+
+impl Default for Architecture {
+    fn default() -> Self {
+        Self {
+            transformer_features: 48,
+            features: 96,
+            hidden: 48,
+        }
+    }
+}
+
+/// One layer: x · weight + bias.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// Name, unique in the network.
+    pub name: &'static str,
+    /// [inputs, outputs]
+    pub weight: Var,
+    /// [outputs]
+    pub bias: Var,
+}
+
+impl Linear {
+    /// Uniform weights of variance 2/inputs (He et al. 2015), so that depth neither blows signals up nor starves them.
+    fn new(
+        name: &'static str,
+        inputs: usize,
+        outputs: usize,
+        random: &mut Pcg64Mcg,
+    ) -> Result<Self> {
+        let bound = (6.0 / inputs as f32).sqrt();
+        let weights = (0..inputs * outputs)
+            .map(|_| random.random_range(-bound..bound))
+            .collect();
+        let weight =
+            Var::from_tensor(&Tensor::from_vec(weights, (inputs, outputs), &Device::Cpu)?)?;
+        let bias = Var::zeros(outputs, candle_core::DType::F32, &Device::Cpu)?;
+        Ok(Self { name, weight, bias })
+    }
+
+    /// A layer that starts by answering `bias` whatever its input.
+    fn constant(name: &'static str, inputs: usize, bias: &[f32]) -> Result<Self> {
+        let weight = Var::zeros((inputs, bias.len()), candle_core::DType::F32, &Device::Cpu)?;
+        let bias = Var::from_tensor(&Tensor::new(bias, &Device::Cpu)?)?;
+        Ok(Self { name, weight, bias })
+    }
+
+    fn forward(&self, x: &Tensor) -> Result<Tensor> {
+        x.matmul(&self.weight)?.broadcast_add(&self.bias)
+    }
+
+    fn forward_relu(&self, x: &Tensor) -> Result<Tensor> {
+        bias_relu(&x.matmul(&self.weight)?, &self.bias)
+    }
+}
+
+/// The network's layers, in the order of [`Network::layers`].
+#[derive(Debug, Clone)]
+pub struct Network {
+    /// Widths of the layers.
+    pub architecture: Architecture,
+    /// Number of classes.
+    pub classes: usize,
+    pub(crate) transform_points: [Linear; 2],
+    pub(crate) transform_head: [Linear; 2],
+    pub(crate) points: [Linear; 2],
+    pub(crate) head: [Linear; 2],
+}
+
+impl Network {
+    /// A network with random weights; the same `random` gives the same weights.
+    pub fn new(architecture: Architecture, classes: usize, random: &mut Pcg64Mcg) -> Result<Self> {
+        let Architecture {
+            transformer_features,
+            features,
+            hidden,
+        } = architecture;
+        let narrow = transformer_features / 2;
+        Ok(Self {
+            architecture,
+            classes,
+            transform_points: [
+                Linear::new("transform_point_1", 3, narrow, random)?,
+                Linear::new("transform_point_2", narrow, transformer_features, random)?,
+            ],
+            transform_head: [
+                Linear::new("transform_head_1", 2 * transformer_features, narrow, random)?,
+                // The transformer starts as the identity and learns from there to turn.
+                Linear::constant(
+                    "transform_head_2",
+                    narrow,
+                    &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+                )?,
+            ],
+            points: [
+                Linear::new("point_1", 3, features / 2, random)?,
+                Linear::new("point_2", features / 2, features, random)?,
+            ],
+            head: [
+                Linear::new("head_1", 2 * features, hidden, random)?,
+                Linear::new("head_2", hidden, classes, random)?,
+            ],
+        })
+    }
+
+    /// Log-probabilities [B, C] of clouds [B, N, 3].
+    pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
+        let (batch, count, _) = clouds.dims3()?;
+        let summary = pooled_features(&self.transform_points, clouds)?;
+        let transform =
+            self.transform_head[1].forward(&self.transform_head[0].forward_relu(&summary)?)?;
+        let turned = clouds.matmul(&transform.reshape((batch, 3, 3))?)?;
+        let summary = pooled_features(&self.points, &turned.reshape((batch, count, 3))?)?;
+        let logits = self.head[1].forward(&self.head[0].forward_relu(&summary)?)?;
+        candle_nn::ops::log_softmax(&logits, D::Minus1)
+    }
+
+    /// All layers, in a fixed order.
+    pub fn layers(&self) -> impl Iterator<Item = &Linear> {
+        self.transform_points
+            .iter()
+            .chain(&self.transform_head)
+            .chain(&self.points)
+            .chain(&self.head)
+    }
+
+    /// All trainable tensors, in a fixed order.
+    pub fn variables(&self) -> Vec<Var> {
+        self.layers()
+            .flat_map(|layer| [layer.weight.clone(), layer.bias.clone()])
+            .collect()
+    }
+
+    /// Number of trainable values.
+    pub fn parameter_count(&self) -> usize {
+        self.variables()
+            .iter()
+            .map(|variable| variable.elem_count())
+            .sum()
+    }
+
+    /// Copies of all values, for [`Network::restore`].
+    pub fn snapshot(&self) -> Result<Vec<Tensor>> {
+        self.variables()
+            .iter()
+            .map(|variable| variable.as_tensor().copy())
+            .collect()
+    }
+
+    /// Puts values back that [`Network::snapshot`] took from a network of the same architecture.
+    pub fn restore(&self, snapshot: &[Tensor]) -> Result<()> {
+        self.variables()
+            .iter()
+            .zip(snapshot)
+            .try_for_each(|(variable, values)| variable.set(values))
+    }
+}
+
+/// Features of each point, pooled over the points: [B, N, 3] to [B, 2 F].
+fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
+    let (batch, count, _) = clouds.dims3()?;
+    let features = layers[0].forward_relu(&clouds.reshape((batch * count, 3))?)?;
+    let features = layers[1].forward_relu(&features)?;
+    pool(&features.reshape((batch, count, ()))?)
+}

@@ -1,0 +1,267 @@
+//! A whole training run: dataset, network, model file and a record of it all.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow};
+use classifier::ModelMetadata;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+use sim_objects::ObjectClass;
+
+use crate::dataset::{preprocessing, simulate};
+use crate::export::{write_atomically, write_model};
+use crate::metrics::{Confusion, threshold_keeping};
+use crate::network::{Architecture, Network};
+use crate::samples::{Samples, read_npz, write_npz};
+use crate::setup::ScanParameters;
+use crate::trainer::{
+    EpochReport, Event, TrainingParameters, log_probabilities, most_probable, train,
+};
+
+/// Everything that determines a run; the same settings give the same model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Everything random comes from this.
+    pub seed: u64,
+    /// Specimens of each class to train on.
+    pub specimens_per_class: usize,
+    /// Specimens of each class to choose the best epoch by.
+    pub validation_specimens_per_class: usize,
+    /// N, points of a cloud that the network sees.
+    pub point_count: usize,
+    /// How clouds are centred: `box` or `centroid`.
+    pub centring: String,
+    /// Share of the validation clouds that count as known.
+    pub known_share: f64,
+    /// Widths of the network.
+    pub architecture: Architecture,
+    /// How to train.
+    pub training: TrainingParameters,
+    /// How scans vary.
+    pub scans: ScanParameters,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            specimens_per_class: 400,
+            validation_specimens_per_class: 50,
+            point_count: 128,
+            centring: "box".to_owned(),
+            known_share: 0.95,
+            architecture: Architecture::default(),
+            training: TrainingParameters::default(),
+            scans: ScanParameters::default(),
+        }
+    }
+}
+
+/// What a run achieved.
+#[derive(Debug, Clone, Serialize)]
+pub struct Results {
+    /// Made from the settings, so that the same run has the same name.
+    pub run_id: String,
+    /// The model file.
+    pub model: PathBuf,
+    /// Its size.
+    pub model_bytes: u64,
+    /// Trainable values of the network.
+    pub parameter_count: usize,
+    /// Clouds that were learned from.
+    pub train_clouds: usize,
+    /// Clouds that chose the best epoch.
+    pub validation_clouds: usize,
+    /// Share of the validation clouds named rightly.
+    pub validation_accuracy: f64,
+    /// Probability below which an answer is called unknown.
+    pub known_threshold: f64,
+    /// The validation clouds' answers.
+    pub confusion: Confusion,
+    /// Each epoch.
+    pub history: Vec<EpochReport>,
+}
+
+/// What the run is at, for a progress display.
+#[derive(Debug, Clone, Copy)]
+pub enum Stage {
+    /// Scans are being made.
+    Scanning {
+        /// How many specimens.
+        specimens: usize,
+    },
+    /// One specimen is finished.
+    Scanned,
+    /// The network is being trained.
+    Training {
+        /// Steps at most.
+        steps: usize,
+    },
+    /// One step is finished.
+    Step {
+        /// From 1.
+        epoch: usize,
+        /// Mean loss of the epoch so far.
+        loss: f64,
+        /// Accuracy of the epoch so far.
+        accuracy: f64,
+    },
+    /// An epoch is finished.
+    Epoch(EpochReport),
+}
+
+/// Makes or finds the dataset in `output`, trains, writes the model file, and run.yaml in a folder of `output`.
+///
+/// # Errors
+/// A setting is impossible, a file cannot be read or written, or training fails. The model file is then as before.
+pub fn run(
+    settings: &Settings,
+    output: &Path,
+    model: &Path,
+    fresh: bool,
+    show: impl Fn(Stage) + Sync,
+) -> Result<Results> {
+    let run_id = format!("{}-{}", settings.seed, fingerprint(settings)?);
+    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+    let mut metadata = settings.metadata(&run_id)?;
+    let [train_clouds, validation] = dataset(settings, &metadata, output, fresh, &show)?;
+
+    let network = Network::new(settings.architecture, metadata.labels.len(), &mut random)?;
+    let parameters = &settings.training;
+    let steps = parameters.epochs * train_clouds.len().div_ceil(parameters.batch_size.max(1));
+    show(Stage::Training { steps });
+    let observe = |event| {
+        show(match event {
+            Event::Step {
+                epoch,
+                loss,
+                accuracy,
+            } => Stage::Step {
+                epoch,
+                loss,
+                accuracy,
+            },
+            Event::Epoch(report) => Stage::Epoch(report),
+        });
+        Ok(())
+    };
+    let scale = metadata.metres_per_unit;
+    let clouds = [&train_clouds, &validation];
+    let history = train(&network, clouds, scale, parameters, &mut random, observe)?;
+
+    let answers = log_probabilities(&network, &validation, scale)?;
+    let mut confusion = Confusion::new(&metadata.labels);
+    for (answer, &label) in answers.iter().zip(&validation.labels) {
+        confusion.add(label as usize, most_probable(answer));
+    }
+    let highest = answers
+        .iter()
+        .map(|answer| f64::from(answer[most_probable(answer)]).exp());
+    metadata.known_threshold = threshold_keeping(highest.collect(), settings.known_share);
+    let results = Results {
+        run_id: run_id.clone(),
+        model: model.to_path_buf(),
+        model_bytes: write_model(model, &network, &metadata)?,
+        parameter_count: network.parameter_count(),
+        train_clouds: train_clouds.len(),
+        validation_clouds: validation.len(),
+        validation_accuracy: confusion.accuracy(),
+        known_threshold: metadata.known_threshold,
+        confusion,
+        history,
+    };
+    write_record(&output.join(run_id).join("run.yaml"), settings, &results)?;
+    Ok(results)
+}
+
+impl Settings {
+    fn metadata(&self, run_id: &str) -> Result<ModelMetadata> {
+        let centring = self.centring.parse().map_err(|()| {
+            anyhow!(
+                "setting centring is {:?}; it must be box or centroid",
+                self.centring
+            )
+        })?;
+        let mut metadata = preprocessing(self.point_count, centring);
+        metadata.run_id = run_id.to_owned();
+        Ok(metadata)
+    }
+}
+
+impl Results {
+    /// A few lines for people.
+    pub fn to_text(&self) -> String {
+        format!(
+            "{}accuracy {:.2} % on {} validation clouds (simulated scans, not trained on)\n{}: {} bytes, {} \
+             parameters, run {}\n",
+            self.confusion.table(),
+            100.0 * self.validation_accuracy,
+            self.validation_clouds,
+            self.model.display(),
+            self.model_bytes,
+            self.parameter_count,
+            self.run_id
+        )
+    }
+}
+
+/// Training and validation clouds, from the file of an earlier run with the same settings where there is one.
+fn dataset(
+    settings: &Settings,
+    metadata: &ModelMetadata,
+    output: &Path,
+    fresh: bool,
+    show: &(impl Fn(Stage) + Sync),
+) -> Result<[Samples; 2]> {
+    let counts = [
+        settings.specimens_per_class,
+        settings.validation_specimens_per_class,
+    ];
+    let determining = (
+        settings.seed,
+        counts,
+        settings.point_count,
+        &settings.centring,
+        &settings.scans,
+    );
+    let path = output
+        .join(format!("dataset-{}", fingerprint(&determining)?))
+        .join("clouds.npz");
+    if path.is_file() && !fresh {
+        let (train, validation) = read_npz(&path)?;
+        return Ok([train, validation]);
+    }
+    show(Stage::Scanning {
+        specimens: counts.iter().sum::<usize>() * ObjectClass::ALL.len(),
+    });
+    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+    let mut part = |count| {
+        simulate(count, &settings.scans, metadata, random.random(), || {
+            show(Stage::Scanned)
+        })
+    };
+    let (train, validation) = (part(counts[0])?, part(counts[1])?);
+    write_npz(&path, &train, &validation)?;
+    Ok([train, validation])
+}
+
+fn write_record(path: &Path, settings: &Settings, results: &Results) -> Result<()> {
+    #[derive(Serialize)]
+    struct Record<'a> {
+        settings: &'a Settings,
+        results: &'a Results,
+    }
+    let text = serde_yaml::to_string(&Record { settings, results })?;
+    write_atomically(path, text.as_bytes())
+}
+
+/// A name for settings: 64-bit FNV-1a of their text.
+fn fingerprint(settings: &impl Serialize) -> Result<String> {
+    let text = serde_yaml::to_string(settings).context("cannot write settings")?;
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    Ok(format!("{hash:016x}"))
+}

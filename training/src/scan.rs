@@ -1,0 +1,133 @@
+//! Simulated scans: what the graph makes of a specimen that turns before the camera.
+//!
+//! Only rendering is simulated. Depth threshold, registration and crop are the nodes' own code, so that a network
+//! learns from what it will be fed.
+
+use anyhow::Result;
+use depth_threshold::{DepthImage, Thresholder};
+use icp_registration::Registrar;
+use nalgebra::{Isometry3, Point3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use roi_crop::{Crop, Cropper, Frame};
+use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
+use sim_objects::ObjectClass;
+
+use crate::setup::{ScanParameters, Setup};
+
+/// The object's cloud, as it reaches the classifier.
+#[derive(Debug, Clone)]
+pub struct ScannedObject {
+    /// Points in m.
+    pub points: Vec<Point3<f32>>,
+    /// Up direction in their frame.
+    pub up: Vector3<f64>,
+    /// How many views made the cloud.
+    pub view_count: usize,
+}
+
+/// Scans one specimen of a class. Gives the clouds after the first view, the second, ..., and that of the last view
+/// alone.
+///
+/// A cloud that the nodes refuse, because the object is hardly in view, is left out.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn scan_specimen(
+    class: ObjectClass,
+    parameters: &ScanParameters,
+    seed: u64,
+) -> Result<Vec<ScannedObject>> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let setup = Setup::random(class, parameters, &mut random)?;
+    let views = capture(&setup, parameters, &mut random)?;
+    let mut objects = register_and_crop(&setup, &views, parameters)?;
+    if let [_, .., last] = views.as_slice() {
+        objects.extend(register_and_crop(
+            &setup,
+            std::slice::from_ref(last),
+            parameters,
+        )?);
+    }
+    Ok(objects)
+}
+
+/// One view: points in m in the camera's optical frame, and the pose that kinematics would report.
+struct View {
+    points: Vec<Point3<f32>>,
+    believed_hand_from_camera: Isometry3<f64>,
+}
+
+fn capture(setup: &Setup, parameters: &ScanParameters, random: &mut Pcg64Mcg) -> Result<Vec<View>> {
+    let mut renderer = Renderer::new(WINDOW);
+    let mut noise = Noise::new(setup.noise.clone(), random.random())?;
+    let mut thresholder = Thresholder::new(setup.threshold.clone())?;
+    let mut views = Vec::with_capacity(parameters.view_count);
+    for &wrist_rad in &setup.wrist_angles_rad {
+        let camera_from_hand = setup.camera_from_hand(wrist_rad);
+        let placement = Placement {
+            camera_from_hand,
+            camera_from_links: Vec::new(),
+            camera_from_base: None,
+        };
+        let image = noise.apply(renderer.render(&setup.scene, &placement), &WINDOW);
+        let bytes = image.to_le_bytes();
+        let image = DepthImage {
+            width: WINDOW.width,
+            height: WINDOW.height,
+            step: 2 * WINDOW.width,
+            encoding: "16UC1",
+            is_bigendian: false,
+            data: &bytes,
+        };
+        let mut points = thresholder.points(&image, &WINDOW)?;
+        points.retain(|point| setup.is_in_image(point));
+        let believed_hand_from_camera =
+            camera_from_hand.inverse() * setup.camera_from_believed_camera;
+        views.push(View {
+            points,
+            believed_hand_from_camera,
+        });
+    }
+    Ok(views)
+}
+
+/// The part of a D435i's image in which the object is; the rest would only cost time. Wide enough on the left for the
+/// band that only one imager sees.
+const WINDOW: Intrinsics = Intrinsics {
+    width: 440,
+    height: 400,
+    cx: D435I.cx - 204.0,
+    cy: D435I.cy - 38.0,
+    ..D435I
+};
+
+/// The object's cloud after each view.
+fn register_and_crop(
+    setup: &Setup,
+    views: &[View],
+    parameters: &ScanParameters,
+) -> Result<Vec<ScannedObject>> {
+    let mut registrar = Registrar::new(parameters.registration.clone())?;
+    let cropper = Cropper::new(setup.crop.clone())?;
+    let frame = if setup.held {
+        Frame::Hand { opening_m: None }
+    } else {
+        Frame::Camera
+    };
+    let mut objects = Vec::new();
+    for (index, view) in views.iter().enumerate() {
+        let pose = setup.held.then_some(view.believed_hand_from_camera);
+        if registrar.add_view(&view.points, pose).is_err() {
+            continue;
+        }
+        if let Ok(Crop { points, up, .. }) = cropper.crop(&registrar.cloud(), frame) {
+            objects.push(ScannedObject {
+                points,
+                up,
+                view_count: index + 1,
+            });
+        }
+    }
+    Ok(objects)
+}
