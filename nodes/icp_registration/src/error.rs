@@ -11,7 +11,7 @@ pub enum RegistrationError {
     Empty,
     /// No shape.
     #[error(
-        "the view has {count} points, of which {needed} are needed; is the object within the depth range?"
+        "the view has only {count} points (min_points is {needed}); is the object within the depth range?"
     )]
     TooFew {
         /// Points there.

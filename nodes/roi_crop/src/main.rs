@@ -21,10 +21,11 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     let _registered = node.subscribe("registered", Expect::EVENTS, {
         let cropper = Arc::clone(&cropper);
         move |registered: RegisteredCloud| {
-            let is_complete = registered.views.len() == registered.count as usize;
+            let is_underway =
+                registered.error.is_empty() && registered.views.len() < registered.count as usize;
             let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
             // Latched messages come again each second.
-            if *latest == registered.scan_id || !(is_complete || !registered.error.is_empty()) {
+            if *latest == registered.scan_id || is_underway {
                 return;
             }
             latest.clone_from(&registered.scan_id);

@@ -100,7 +100,7 @@ fn without_kinematics_the_height_decides() {
     ] {
         let parameters = Parameters {
             up_axis: axis.parse().unwrap(),
-            keep_above_m: 0.02,
+            keep_above_m: 0.0205,
             ..Parameters::default()
         };
         let place = |height: f32| {

@@ -76,6 +76,9 @@ enum Fault {
     Malformed(String),
 }
 
+/// Reads all points of a file's bytes.
+type Parse = fn(&[u8]) -> Result<Vec<Point3<f32>>, Fault>;
+
 /// Reads a cloud; `.ply` (ASCII, binary of either byte order) or `.pcd` (ASCII, binary, compressed) by extension.
 ///
 /// Points that are not finite or at (0, 0, 0) are dropped and counted.
@@ -85,17 +88,16 @@ pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase())
         .unwrap_or_default();
-    let (format, parse): (_, fn(&[u8]) -> Result<Vec<Point3<f32>>, Fault>) =
-        match extension.as_str() {
-            "ply" => ("PLY", ply::parse),
-            "pcd" => ("PCD", pcd::parse),
-            _ => {
-                return Err(FileError::UnknownExtension {
-                    path: path.to_owned(),
-                    extension,
-                });
-            }
-        };
+    let (format, parse): (_, Parse) = match extension.as_str() {
+        "ply" => ("PLY", ply::parse),
+        "pcd" => ("PCD", pcd::parse),
+        _ => {
+            return Err(FileError::UnknownExtension {
+                path: path.to_owned(),
+                extension,
+            });
+        }
+    };
     let bytes = fs::read(path).map_err(|source| FileError::Read {
         path: path.to_owned(),
         source,
