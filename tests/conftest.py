@@ -9,7 +9,7 @@ import tempfile
 import pytest
 
 from graph import Core, Graph
-from processes import MARK, kill_marked
+from processes import MARK, kill_marked, wait_until
 
 LINES_SHOWN = 60
 # The folder that the tests of a session share; each runs in a process of its own.
@@ -59,6 +59,25 @@ def core(tmp_path):
 def launch(core):
     """Starts one of the package's launch files: launch('sim.launch', name=value) -> Graph."""
     return lambda file, **arguments: Graph(core, file, **arguments)
+
+
+@pytest.fixture
+def executable(checkout):
+    """Path of a program by its name."""
+    return lambda name: checkout / 'target' / 'release' / name
+
+
+@pytest.fixture
+def start(core, executable):
+    """Starts a node by itself: start('camera_mount', _parameter=value), and this process as a rospy node."""
+    import rospy
+    rospy.init_node('client', anonymous=True, disable_signals=True)
+
+    def run(name, **parameters):
+        program = core.run(executable(name), *(f'{key}:={value}' for key, value in parameters.items()))
+        wait_until(lambda: f'/{name}' in core.nodes(), 20, f'{name} at the master')
+        return program
+    return run
 
 
 @pytest.fixture
