@@ -12,6 +12,19 @@ fn main() -> anyhow::Result<()> {
             let per: usize = args[2].parse()?;
             let seed: u64 = args[3].parse()?;
             let p = ScanParameters::default();
+            let p = if std::env::var("NOMINAL").is_ok() {
+                ScanParameters {
+                    mount_error_rad: 0.003,
+                    mount_error_m: 0.001,
+                    wrist_lean_rad: 0.01,
+                    elevation_rad: [0.2, 0.3],
+                    distance_m: [0.39, 0.42],
+                    table_share: 0.0,
+                    ..p
+                }
+            } else {
+                p
+            };
             let mut r = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
             let jobs: Vec<(usize, u64)> = (0..8)
                 .flat_map(|l| (0..per).map(move |_| l))
@@ -116,6 +129,21 @@ fn main() -> anyhow::Result<()> {
         }
         "train" => {
             let (train_s, val) = samples::read_npz(std::path::Path::new(&args[2]))?;
+            let keep = |s: samples::Samples| {
+                if std::env::var("BALLS").is_err() {
+                    return s;
+                }
+                let mut o = samples::Samples::new(s.point_count);
+                for i in 0..s.len() {
+                    if (5..7).contains(&s.labels[i]) && s.view_counts[i] < 10 {
+                        o.points.extend(s.cloud(i));
+                        o.labels.push(s.labels[i]);
+                        o.view_counts.push(s.view_counts[i]);
+                    }
+                }
+                o
+            };
+            let (train_s, val) = (keep(train_s), keep(val));
             let mut r = rand_pcg::Pcg64Mcg::seed_from_u64(7);
             let net = Network::new(Architecture::default(), 8, &mut r)?;
             let p = TrainingParameters {
@@ -152,7 +180,9 @@ fn main() -> anyhow::Result<()> {
                 );
             }
             let meta = preprocessing(val.point_count, args[4].parse().unwrap());
-            training::export::write_model(std::path::Path::new(&args[5]), &net, &meta)?;
+            if std::env::var("LIFT").is_err() {
+                training::export::write_model(std::path::Path::new(&args[5]), &net, &meta)?;
+            }
         }
         _ => {}
     }

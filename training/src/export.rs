@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use classifier::{INPUT_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 
-use crate::network::{Linear, Network};
+use crate::network::{Linear, Network, PRODUCT_SCALE};
 
 /// Writes the model file under its final name only once it is complete.
 ///
@@ -82,7 +82,8 @@ pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
     graph
         .0
         .node("MatMul", &["clouds", "transform"], "turned", &[]);
-    let summary = graph.pooled_features(&network.points, "turned");
+    graph.products("turned", "with_products");
+    let summary = graph.pooled_features(&network.points, "with_products");
     let hidden = graph.relu_layer(&network.head[0], &summary);
     let logits = graph.layer(&network.head[1], &hidden);
     graph.0.node(
@@ -143,6 +144,33 @@ impl Graph {
         let output = format!("{}.output", layer.name);
         self.0.node("Relu", &[&sum], &output, &[]);
         output
+    }
+
+    /// The columns that the second pair of shared layers sees: [B, N, 3] to [B, N, 12].
+    fn products(&mut self, points: &str, output: &str) {
+        let model = &mut self.0;
+        model.constant_f32("product_scale", &[1], &[PRODUCT_SCALE as f32]);
+        model.constant_i64("next_coordinate", &[3], &[1, 2, 0]);
+        model.constant_i64("last_axis", &[1], &[2]);
+        let last = [("axis", Attribute::Int(2))];
+        model.node("Mul", &[points, "product_scale"], "scaled", &[]);
+        model.node("Mul", &["scaled", "scaled"], "squares", &[]);
+        model.node("Gather", &["scaled", "next_coordinate"], "rolled", &last);
+        model.node("Mul", &["scaled", "rolled"], "mixed", &[]);
+        let keep = [("keepdims", Attribute::Int(1))];
+        model.node(
+            "ReduceSum",
+            &["squares", "last_axis"],
+            "squared_norm",
+            &keep,
+        );
+        model.node("Mul", &["scaled", "squared_norm"], "cubes", &[]);
+        model.node(
+            "Concat",
+            &["scaled", "squares", "mixed", "cubes"],
+            output,
+            &last,
+        );
     }
 
     /// Two shared layers and the maximum and mean over the points: [B, N, 3] to [B, 2 F].

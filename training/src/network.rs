@@ -2,7 +2,8 @@
 //! layers shared by all points find features, and a dense head names the object.
 //!
 //! Differences from the figure: features are pooled over the points (maximum and mean) before the dense layer instead
-//! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB.
+//! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB; and the
+//! second pair of layers sees products of the coordinates beside them.
 
 use candle_core::{D, Device, Result, Tensor, Var};
 use rand::RngExt;
@@ -12,7 +13,12 @@ use serde::{Deserialize, Serialize};
 use crate::fused::{bias_relu, pool};
 
 /// Name and version of this network, stored in each model file.
-pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-1";
+pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-products-1";
+
+/// Values of a point that the second pair of shared layers sees.
+pub const POINT_INPUTS: usize = 12;
+/// Factor of the coordinates before they are multiplied, so that an object's squares are about 1, too.
+pub const PRODUCT_SCALE: f64 = 2.5;
 
 /// Widths of the layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -120,7 +126,7 @@ impl Network {
                 )?,
             ],
             points: [
-                Linear::new("point_1", 3, features / 2, random)?,
+                Linear::new("point_1", POINT_INPUTS, features / 2, random)?,
                 Linear::new("point_2", features / 2, features, random)?,
             ],
             head: [
@@ -137,7 +143,8 @@ impl Network {
         let transform =
             self.transform_head[1].forward(&self.transform_head[0].forward_relu(&summary)?)?;
         let turned = clouds.matmul(&transform.reshape((batch, 3, 3))?)?;
-        let summary = pooled_features(&self.points, &turned.reshape((batch, count, 3))?)?;
+        let turned = turned.reshape((batch, count, 3))?;
+        let summary = pooled_features(&self.points, &with_products(&turned)?)?;
         let logits = self.head[1].forward(&self.head[0].forward_relu(&summary)?)?;
         candle_nn::ops::log_softmax(&logits, D::Minus1)
     }
@@ -185,8 +192,19 @@ impl Network {
 
 /// Features of each point, pooled over the points: [B, N, 3] to [B, 2 F].
 fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
-    let (batch, count, _) = clouds.dims3()?;
-    let features = layers[0].forward_relu(&clouds.reshape((batch * count, 3))?)?;
+    let (batch, count, columns) = clouds.dims3()?;
+    let features = layers[0].forward_relu(&clouds.reshape((batch * count, columns))?)?;
     let features = layers[1].forward_relu(&features)?;
     pool(&features.reshape((batch, count, ()))?)
+}
+
+/// A point's coordinates, their squares and products, and the coordinates times the squared distance from the origin:
+/// [B, N, 3] to [B, N, 12]. A ball's radius is in the means of these; from coordinates alone it takes more features
+/// than fit into the model.
+fn with_products(points: &Tensor) -> Result<Tensor> {
+    let points = (points * PRODUCT_SCALE)?;
+    let squares = points.sqr()?;
+    let rolled = Tensor::cat(&[points.narrow(2, 1, 2)?, points.narrow(2, 0, 1)?], 2)?;
+    let cubes = points.broadcast_mul(&squares.sum_keepdim(2)?)?;
+    Tensor::cat(&[&points, &squares, &(&points * rolled)?, &cubes], 2)
 }

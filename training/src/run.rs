@@ -47,8 +47,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 400,
-            validation_specimens_per_class: 50,
+            specimens_per_class: 800,
+            validation_specimens_per_class: 60,
             point_count: 128,
             centring: "box".to_owned(),
             known_share: 0.95,

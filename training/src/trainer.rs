@@ -32,11 +32,11 @@ pub struct TrainingParameters {
 impl Default for TrainingParameters {
     fn default() -> Self {
         Self {
-            epochs: 50,
+            epochs: 24,
             batch_size: 64,
             learning_rate: 3e-3,
             weight_decay: 1e-4,
-            patience: 12,
+            patience: 8,
             augmentation: Augmentation::default(),
         }
     }

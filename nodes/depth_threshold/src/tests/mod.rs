@@ -1,5 +1,8 @@
 #![allow(clippy::unwrap_used)]
 
+mod decimation;
+mod refusals;
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -233,71 +236,6 @@ fn pixels_at_a_depth_edge_are_dropped_and_slopes_are_kept() {
 }
 
 #[test]
-fn decimation_takes_the_lower_median_of_what_is_valid() {
-    let depths = [500, 0, 10, 40, 504, 502, 30, 20];
-    let parameters = Parameters {
-        decimation: 2,
-        ..keep_all()
-    };
-    let points = Image::millimetres(4, &depths).points(parameters);
-    assert_eq!(
-        points.iter().map(|point| point.z).collect::<Vec<_>>(),
-        [0.502, 0.02]
-    );
-    // The decimated pixel (1, 0) with all four intrinsics halved.
-    let camera = intrinsics(4, 2);
-    assert!(
-        (f64::from(points[1].x) - (1.0 - camera.cx / 2.0) / (camera.fx / 2.0) * 0.02).abs() < 1e-8
-    );
-}
-
-#[test]
-fn decimation_from_four_on_takes_the_mean_rounded_down() {
-    let mut depths = [0; 16];
-    depths[3] = 500;
-    depths[9] = 501;
-    let parameters = Parameters {
-        decimation: 4,
-        ..keep_all()
-    };
-    assert_eq!(
-        Image::millimetres(4, &depths).depths(parameters.clone()),
-        [0.5]
-    );
-    assert!(
-        Image::millimetres(4, &[0; 16])
-            .depths(parameters)
-            .is_empty()
-    );
-}
-
-#[test]
-fn decimation_pads_to_multiples_of_four() {
-    let mut depths = Depths::default();
-    Image::millimetres(11, &[500; 11 * 7])
-        .view()
-        .decode(&mut depths)
-        .unwrap();
-    let mut decimated = Depths::default();
-    decimation::decimate(&depths, 2, &mut decimated);
-    assert_eq!((decimated.width, decimated.height), (8, 4));
-    assert_eq!(
-        decimated.row(2),
-        [500.0, 500.0, 500.0, 500.0, 500.0, 0.0, 0.0, 0.0]
-    );
-    assert_eq!(decimated.row(3), [0.0; 8]);
-    // A picture smaller than one square has no pixel left.
-    assert!(
-        Image::millimetres(3, &[500; 9])
-            .depths(Parameters {
-                decimation: 8,
-                ..keep_all()
-            })
-            .is_empty()
-    );
-}
-
-#[test]
 fn memory_of_the_image_before_does_not_show() {
     let mut thresholder = Thresholder::new(Parameters {
         decimation: 2,
@@ -317,86 +255,6 @@ fn memory_of_the_image_before_does_not_show() {
             fresh
         );
     }
-}
-
-/// The message for an image that is wrong in one way.
-fn refusal(change: impl FnOnce(&mut DepthImage)) -> String {
-    let image = Image::millimetres(4, &[500; 12]);
-    let mut view = image.view();
-    change(&mut view);
-    let mut thresholder = Thresholder::new(Parameters::default()).unwrap();
-    thresholder
-        .points(&view, &intrinsics(view.width, view.height))
-        .unwrap_err()
-        .to_string()
-}
-
-#[test]
-fn bad_images_are_refused_by_name() {
-    assert!(refusal(|image| image.encoding = "8UC1").contains("encoding \"8UC1\""));
-    assert!(refusal(|image| image.encoding = "rgb8").contains("encoding \"rgb8\""));
-    assert!(refusal(|image| image.step = 7).contains("step 7"));
-    assert!(refusal(|image| image.encoding = "32FC1").contains("step 8"));
-    assert!(refusal(|image| image.data = &image.data[1..]).contains("23 bytes of data"));
-    assert!(refusal(|image| image.step = 9).contains("24 bytes of data"));
-    assert!(refusal(|image| image.height = u32::MAX).contains("bytes of data"));
-    assert!(refusal(|image| image.width = u32::MAX).contains("step 8"));
-    assert!(refusal(|image| image.height = 0).contains("4×0"));
-}
-
-#[test]
-fn camera_info_of_another_stream_is_refused() {
-    let image = Image::millimetres(4, &[500; 12]);
-    let mut thresholder = Thresholder::new(Parameters::default()).unwrap();
-    let message = thresholder
-        .points(&image.view(), &intrinsics(8, 6))
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.contains("4×3") && message.contains("8×6"),
-        "{message}"
-    );
-}
-
-#[test]
-fn bad_intrinsics_are_refused_by_name() {
-    let good = [418.0, 0.0, 424.0, 0.0, 418.0, 238.0, 0.0, 0.0, 1.0];
-    assert!(Intrinsics::from_k(&good, 848, 480).is_ok());
-    let refusal = |at: usize, value: f64| {
-        let mut k = good;
-        k[at] = value;
-        Intrinsics::from_k(&k, 848, 480).unwrap_err().to_string()
-    };
-    assert!(
-        Intrinsics::from_k(&[0.0; 9], 848, 480)
-            .unwrap_err()
-            .to_string()
-            .contains("calibrated")
-    );
-    assert!(refusal(0, -1.0).contains("fx = -1"));
-    assert!(refusal(4, f64::NAN).contains("fy = NaN"));
-    assert!(refusal(2, 900.0).contains("(900, 238)"));
-    assert!(refusal(5, f64::NAN).contains("(424, NaN)"));
-    assert!(refusal(1, 0.1).contains("is not [fx 0 cx"));
-}
-
-#[test]
-fn bad_parameters_are_refused_by_name() {
-    let refusal = |yaml: &str| {
-        let parameters: Parameters = serde_yaml::from_str(yaml).unwrap();
-        Thresholder::new(parameters).unwrap_err().to_string()
-    };
-    assert!(refusal("depth_max_m: .nan").contains("depth_max_m is NaN"));
-    assert!(
-        refusal("depth_min_m: 0.8")
-            .contains("depth_min_m is 0.8; it must be from 0 to 0.7 m (depth_max_m)")
-    );
-    assert!(refusal("decimation: 9").contains("decimation is 9"));
-    assert!(refusal("edge_jump_m: -0.1").contains("edge_jump_m is -0.1"));
-    let unknown = serde_yaml::from_str::<Parameters>("depth_maximum: 1")
-        .unwrap_err()
-        .to_string();
-    assert!(unknown.contains("depth_maximum"), "{unknown}");
 }
 
 #[test]
