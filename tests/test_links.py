@@ -93,7 +93,7 @@ def test_a_bad_environment_is_named(core, executable, unset, given, expected):
 
 def test_parameters_are_checked_and_shown(start, core, executable):
     for arguments, expected in [(['_radius:=1'], 'unknown field `radius`'),
-                                (['_translation_m:=[9.0, 0.0, 0.0]'], 'translation_m is [9.0, 0.0, 0.0]'),
+                                (['_translation_m:=[9.0, 0.0, 0.0]'], 'parameter translation_m is 9;'),
                                 (['_translation_m:=far'], 'translation_m')]:
         program = core.run(executable('camera_mount'), *arguments)
         assert program.wait(20) == 1

@@ -1,6 +1,5 @@
 """Bags: a scan recorded by rosbag, and played to the graph without a robot."""
 
-import os
 import pathlib
 
 import pytest
@@ -35,14 +34,15 @@ def record(core, bag):
     core.output('rosservice', 'call', '--wait', '/hold_object', '{object: large-cup, squeeze: 0.008, seed: 3}')
     partial = bag.with_name('partial.bag')
     recorder = core.run('rosbag', 'record', '--output-name', partial, '__name:=recorder', *TOPICS)
-    wait_until(lambda: '/recorder' in core.nodes() and 'Subscribed to /classification' in recorder.printed(), 30,
-               'rosbag record')
+    for topic in TOPICS:
+        wait_until(lambda: '/recorder' in core.output('rostopic', 'info', topic), 30, f'rosbag recording {topic}')
     answer = core.output('rosservice', 'call', '/scan_object', 'views: 0', timeout_s=60)
     assert 'label: "large-cup"' in answer
-    # Latched topics are said again each second, so the answer comes even when it was just missed.
-    wait_until(lambda: os.path.getsize(f'{partial}.active') > 0, 10, 'recording')
+    # Latched topics are said again each second: by the second one that a client hears, the recorder has had one too.
     core.output('rostopic', 'echo', '-n', '2', '/classification/header')
     recorder.stop()
+    # rosbag's front end does not wait until the recorder has written all.
+    wait_until(partial.exists, 30, 'the bag')
     partial.rename(bag)
 
 

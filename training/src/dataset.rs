@@ -71,12 +71,7 @@ fn specimen_samples(
     for object in scan_specimen(class, parameters, seed)? {
         // An object that is hardly in view has no answer on the robot either.
         if let Ok(input) = preprocess(&object.points, &object.up, metadata) {
-            samples.push_input(
-                &input,
-                metadata.metres_per_unit,
-                label,
-                object.view_count as u32,
-            );
+            samples.push_input(&input, metadata.metres_per_unit, label, &object);
         }
     }
     Ok(samples)

@@ -69,21 +69,18 @@ pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
         "clouds",
         &[("perm", Attribute::Ints(&[0, 2, 1]))],
     );
-    let summary = graph.pooled_features(&network.transform_points, "clouds");
+    graph.constants_of_products();
+    let products = graph.products("clouds");
+    let summary = graph.pooled_features(&network.transform_points, &products);
     let hidden = graph.relu_layer(&network.transform_head[0], &summary);
-    let transform = graph.layer(&network.transform_head[1], &hidden);
-    graph.0.constant_i64("transform_shape", &[3], &[-1, 3, 3]);
-    graph.0.node(
-        "Reshape",
-        &[&transform, "transform_shape"],
-        "transform",
-        &[],
-    );
-    graph
-        .0
-        .node("MatMul", &["clouds", "transform"], "turned", &[]);
-    graph.products("turned", "with_products");
-    let summary = graph.pooled_features(&network.points, "with_products");
+    let turn = graph.layer(&network.transform_head[1], &hidden);
+    let turn = graph.reshape(&turn, &[-1, 3, 3]);
+    let shift = graph.layer(&network.transform_shift, &hidden);
+    let shift = graph.reshape(&shift, &[-1, 1, 3]);
+    graph.0.node("MatMul", &["clouds", &turn], "turned", &[]);
+    graph.0.node("Add", &["turned", &shift], "placed", &[]);
+    let products = graph.products("placed");
+    let summary = graph.pooled_features(&network.points, &products);
     let hidden = graph.relu_layer(&network.head[0], &summary);
     let logits = graph.layer(&network.head[1], &hidden);
     graph.0.node(
@@ -146,31 +143,49 @@ impl Graph {
         output
     }
 
-    /// The columns that the second pair of shared layers sees: [B, N, 3] to [B, N, 12].
-    fn products(&mut self, points: &str, output: &str) {
-        let model = &mut self.0;
-        model.constant_f32("product_scale", &[1], &[PRODUCT_SCALE as f32]);
-        model.constant_i64("next_coordinate", &[3], &[1, 2, 0]);
-        model.constant_i64("last_axis", &[1], &[2]);
-        let last = [("axis", Attribute::Int(2))];
-        model.node("Mul", &[points, "product_scale"], "scaled", &[]);
-        model.node("Mul", &["scaled", "scaled"], "squares", &[]);
-        model.node("Gather", &["scaled", "next_coordinate"], "rolled", &last);
-        model.node("Mul", &["scaled", "rolled"], "mixed", &[]);
-        let keep = [("keepdims", Attribute::Int(1))];
-        model.node(
-            "ReduceSum",
-            &["squares", "last_axis"],
+    fn reshape(&mut self, input: &str, shape: &[i64]) -> String {
+        let [constant, output] = ["shape", "reshaped"].map(|part| format!("{input}.{part}"));
+        self.0.constant_i64(&constant, &[shape.len()], shape);
+        self.0.node("Reshape", &[input, &constant], &output, &[]);
+        output
+    }
+
+    fn constants_of_products(&mut self) {
+        self.0
+            .constant_f32("product_scale", &[1], &[PRODUCT_SCALE as f32]);
+        self.0.constant_i64("next_coordinate", &[3], &[1, 2, 0]);
+        self.0.constant_i64("last_axis", &[1], &[2]);
+    }
+
+    /// The columns that the shared layers see: [B, N, 3] to [B, N, 12].
+    fn products(&mut self, points: &str) -> String {
+        let parts = [
+            "scaled",
+            "squares",
+            "rolled",
+            "mixed",
             "squared_norm",
-            &keep,
-        );
-        model.node("Mul", &["scaled", "squared_norm"], "cubes", &[]);
+            "cubes",
+            "products",
+        ];
+        let [scaled, squares, rolled, mixed, norm, cubes, output] =
+            parts.map(|part| format!("{points}.{part}"));
+        let last = [("axis", Attribute::Int(2))];
+        let keep = [("keepdims", Attribute::Int(1))];
+        let model = &mut self.0;
+        model.node("Mul", &[points, "product_scale"], &scaled, &[]);
+        model.node("Mul", &[&scaled, &scaled], &squares, &[]);
+        model.node("Gather", &[&scaled, "next_coordinate"], &rolled, &last);
+        model.node("Mul", &[&scaled, &rolled], &mixed, &[]);
+        model.node("ReduceSum", &[&squares, "last_axis"], &norm, &keep);
+        model.node("Mul", &[&scaled, &norm], &cubes, &[]);
         model.node(
             "Concat",
-            &["scaled", "squares", "mixed", "cubes"],
-            output,
+            &[&scaled, &squares, &mixed, &cubes],
+            &output,
             &last,
         );
+        output
     }
 
     /// Two shared layers and the maximum and mean over the points: [B, N, 3] to [B, 2 F].

@@ -1,7 +1,9 @@
 //! Trains the classifier on simulated scans (paper, Sec. V and VI) and measures it.
 
 pub mod augment;
+pub mod batch;
 pub mod dataset;
+pub mod evaluation;
 pub mod export;
 pub mod files;
 pub mod fused;

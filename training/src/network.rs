@@ -96,6 +96,7 @@ pub struct Network {
     pub classes: usize,
     pub(crate) transform_points: [Linear; 2],
     pub(crate) transform_head: [Linear; 2],
+    pub(crate) transform_shift: Linear,
     pub(crate) points: [Linear; 2],
     pub(crate) head: [Linear; 2],
 }
@@ -113,7 +114,7 @@ impl Network {
             architecture,
             classes,
             transform_points: [
-                Linear::new("transform_point_1", 3, narrow, random)?,
+                Linear::new("transform_point_1", POINT_INPUTS, narrow, random)?,
                 Linear::new("transform_point_2", narrow, transformer_features, random)?,
             ],
             transform_head: [
@@ -125,6 +126,7 @@ impl Network {
                     &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
                 )?,
             ],
+            transform_shift: Linear::constant("transform_shift", narrow, &[0.0; 3])?,
             points: [
                 Linear::new("point_1", POINT_INPUTS, features / 2, random)?,
                 Linear::new("point_2", features / 2, features, random)?,
@@ -138,13 +140,18 @@ impl Network {
 
     /// Log-probabilities [B, C] of clouds [B, N, 3].
     pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
-        let (batch, count, _) = clouds.dims3()?;
-        let summary = pooled_features(&self.transform_points, clouds)?;
-        let transform =
-            self.transform_head[1].forward(&self.transform_head[0].forward_relu(&summary)?)?;
-        let turned = clouds.matmul(&transform.reshape((batch, 3, 3))?)?;
-        let turned = turned.reshape((batch, count, 3))?;
-        let summary = pooled_features(&self.points, &with_products(&turned)?)?;
+        let batch = clouds.dim(0)?;
+        let summary = pooled_features(&self.transform_points, &with_products(clouds)?)?;
+        let hidden = self.transform_head[0].forward_relu(&summary)?;
+        let turn = self.transform_head[1]
+            .forward(&hidden)?
+            .reshape((batch, 3, 3))?;
+        let shift = self
+            .transform_shift
+            .forward(&hidden)?
+            .reshape((batch, 1, 3))?;
+        let placed = clouds.matmul(&turn)?.broadcast_add(&shift)?;
+        let summary = pooled_features(&self.points, &with_products(&placed)?)?;
         let logits = self.head[1].forward(&self.head[0].forward_relu(&summary)?)?;
         candle_nn::ops::log_softmax(&logits, D::Minus1)
     }
@@ -154,6 +161,7 @@ impl Network {
         self.transform_points
             .iter()
             .chain(&self.transform_head)
+            .chain([&self.transform_shift])
             .chain(&self.points)
             .chain(&self.head)
     }

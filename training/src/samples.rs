@@ -5,6 +5,8 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use candle_core::{Device, Tensor};
 
+use crate::scan::ScannedObject;
+
 /// Clouds of one point count with what they show.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
@@ -16,6 +18,8 @@ pub struct Samples {
     pub labels: Vec<u32>,
     /// [M] how many views made each cloud.
     pub view_counts: Vec<u32>,
+    /// [M] 1 where a gripper held the object, 0 where it stood on something.
+    pub held: Vec<u32>,
 }
 
 impl Samples {
@@ -44,14 +48,31 @@ impl Samples {
     }
 
     /// Adds one cloud; `input` is the network's input, [3, N] in units of `metres_per_unit`.
-    pub fn push_input(&mut self, input: &[f32], metres_per_unit: f64, label: u32, view_count: u32) {
+    pub fn push_input(
+        &mut self,
+        input: &[f32],
+        metres_per_unit: f64,
+        label: u32,
+        object: &ScannedObject,
+    ) {
         for point in 0..self.point_count {
             let coordinate =
                 |axis: usize| input[axis * self.point_count + point] * metres_per_unit as f32;
             self.points.extend([0, 1, 2].map(coordinate));
         }
         self.labels.push(label);
-        self.view_counts.push(view_count);
+        self.view_counts.push(object.view_count as u32);
+        self.held.push(u32::from(object.held));
+    }
+
+    /// One cloud as the network's input, [3, N] in units of `metres_per_unit`.
+    pub fn input(&self, index: usize, metres_per_unit: f64) -> Vec<f32> {
+        let cloud = self.cloud(index);
+        let axis = |axis: usize| cloud.iter().skip(axis).step_by(3);
+        (0..3)
+            .flat_map(axis)
+            .map(|metres| metres / metres_per_unit as f32)
+            .collect()
     }
 
     /// Adds all clouds of `other`, which have as many points each.
@@ -59,13 +80,14 @@ impl Samples {
         self.points.extend(other.points);
         self.labels.extend(other.labels);
         self.view_counts.extend(other.view_counts);
+        self.held.extend(other.held);
     }
 }
 
-const ARRAYS: [&str; 4] = ["points", "labels", "view_counts", "split"];
+const ARRAYS: [&str; 5] = ["points", "labels", "view_counts", "held", "split"];
 
 /// Writes training and validation clouds to one npz file: `points` float32 [M, N, 3] in metres, `labels`,
-/// `view_counts` and `split` (0 training, 1 validation) uint32 [M].
+/// `view_counts`, `held` and `split` (0 training, 1 validation) uint32 [M].
 ///
 /// # Errors
 /// The file cannot be written; then nothing of it is left.
@@ -79,6 +101,7 @@ pub fn write_npz(path: &Path, train: &Samples, validation: &Samples) -> Result<(
         Tensor::from_vec(all.points, (count, all.point_count, 3), &Device::Cpu)?,
         Tensor::from_vec(all.labels, count, &Device::Cpu)?,
         Tensor::from_vec(all.view_counts, count, &Device::Cpu)?,
+        Tensor::from_vec(all.held, count, &Device::Cpu)?,
         Tensor::from_vec(split, count, &Device::Cpu)?,
     ];
     let folder = path.parent().context("a dataset file needs a folder")?;
@@ -120,7 +143,8 @@ fn read(path: &Path) -> Result<(Samples, Samples)> {
         );
         Ok(values)
     };
-    let (labels, view_counts, split) = (column(1)?, column(2)?, column(3)?);
+    let columns = [column(1)?, column(2)?, column(3)?];
+    let split = column(4)?;
     let mut parts = (Samples::new(point_count), Samples::new(point_count));
     for index in 0..count {
         let part = if split[index] == 0 {
@@ -130,8 +154,9 @@ fn read(path: &Path) -> Result<(Samples, Samples)> {
         };
         part.points
             .extend(&points[index * 3 * point_count..(index + 1) * 3 * point_count]);
-        part.labels.push(labels[index]);
-        part.view_counts.push(view_counts[index]);
+        part.labels.push(columns[0][index]);
+        part.view_counts.push(columns[1][index]);
+        part.held.push(columns[2][index]);
     }
     Ok(parts)
 }
@@ -139,12 +164,25 @@ fn read(path: &Path) -> Result<(Samples, Samples)> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use nalgebra::Vector3;
+
     use super::*;
 
     fn samples(count: u32) -> Samples {
         let mut samples = Samples::new(2);
+        let object = ScannedObject {
+            points: Vec::new(),
+            up: Vector3::z(),
+            view_count: 3,
+            held: true,
+        };
         for label in 0..count {
-            samples.push_input(&[1.0, 2.0, 3.0, 4.0, 5.0, label as f32], 0.5, label, 3);
+            samples.push_input(
+                &[1.0, 2.0, 3.0, 4.0, 5.0, label as f32],
+                0.5,
+                label,
+                &object,
+            );
         }
         samples
     }
@@ -152,6 +190,7 @@ mod tests {
     #[test]
     fn input_is_transposed_and_put_back_to_metres() {
         assert_eq!(samples(8).cloud(7), [0.5, 1.5, 2.5, 1.0, 2.0, 3.5]);
+        assert_eq!(samples(8).input(7, 0.5), [1.0, 2.0, 3.0, 4.0, 5.0, 7.0]);
     }
 
     #[test]

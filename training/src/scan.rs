@@ -24,6 +24,8 @@ pub struct ScannedObject {
     pub up: Vector3<f64>,
     /// How many views made the cloud.
     pub view_count: usize,
+    /// Whether a gripper held the object.
+    pub held: bool,
 }
 
 /// Scans one specimen of a class. Gives the clouds after the first view, the second, ..., and that of the last view
@@ -126,6 +128,7 @@ fn register_and_crop(
                 points,
                 up,
                 view_count: index + 1,
+                held: setup.held,
             });
         }
     }

@@ -63,6 +63,23 @@ impl Default for ScanParameters {
     }
 }
 
+impl ScanParameters {
+    /// Scans as in the demo: everything is where it is believed to be.
+    pub fn nominal() -> Self {
+        Self {
+            table_share: 0.0,
+            wrist_lean_rad: 0.0,
+            grasp_lean_rad: 0.0,
+            grasp_shift_m: 0.0,
+            elevation_rad: [0.25, 0.25],
+            distance_m: [0.40, 0.40],
+            mount_error_rad: 0.0,
+            mount_error_m: 0.0,
+            ..Self::default()
+        }
+    }
+}
+
 /// One scan's circumstances.
 #[derive(Debug, Clone)]
 pub struct Setup {

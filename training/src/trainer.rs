@@ -1,13 +1,15 @@
 //! Fits a network to clouds: Adam, early stop by patience, the best weights kept.
 
-use anyhow::{Result, bail, ensure};
-use candle_core::{Device, Tensor};
-use candle_nn::{AdamW, Optimizer, ParamsAdamW, loss::nll};
+use anyhow::{Result, ensure};
+use candle_core::backprop::GradStore;
+use candle_nn::{AdamW, Optimizer, ParamsAdamW};
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::augment::{Augmentation, augment};
+use crate::augment::Augmentation;
+use crate::batch::{clouds, part_size, summed_loss};
 use crate::network::Network;
 use crate::samples::Samples;
 
@@ -36,7 +38,7 @@ impl Default for TrainingParameters {
             batch_size: 64,
             learning_rate: 3e-3,
             weight_decay: 1e-4,
-            patience: 8,
+            patience: 15,
             augmentation: Augmentation::default(),
         }
     }
@@ -100,38 +102,34 @@ pub fn train(
     let mut order: Vec<usize> = (0..train.len()).collect();
     let mut history: Vec<EpochReport> = Vec::new();
     let mut best = (f64::INFINITY, 0, network.snapshot()?);
-    let steps = train.len().div_ceil(parameters.batch_size);
+    let steps = parameters.epochs * train.len().div_ceil(parameters.batch_size);
+    let mut step = 0;
     for epoch in 1..=parameters.epochs {
         order.shuffle(random);
         let mut tally = Tally::default();
-        for (step, indices) in order.chunks(parameters.batch_size).enumerate() {
-            let progress = ((epoch - 1) * steps + step) as f64 / (parameters.epochs * steps) as f64;
+        for indices in order.chunks(parameters.batch_size) {
+            let progress = f64::from(step) / steps as f64;
             optimizer.set_learning_rate(learning_rate(parameters.learning_rate, progress));
-            let seed = Pcg64Mcg::from_rng(random);
-            let clouds = batch(
-                train,
-                indices,
-                metres_per_unit,
-                Some((&parameters.augmentation, seed)),
-            )?;
-            let (log_probabilities, targets) =
-                (network.forward(&clouds)?, targets(train, indices)?);
-            let loss = nll(&log_probabilities, &targets)?;
-            optimizer.backward_step(&loss)?;
-            tally.add(&log_probabilities, loss.to_scalar::<f32>()?, train, indices)?;
-            if !tally.loss().is_finite() {
-                bail!("the loss is not a number any more in epoch {epoch}; lower learning_rate");
-            }
+            let change = (&parameters.augmentation, Pcg64Mcg::from_rng(random));
+            let (gradients, part) = gradients(network, train, indices, metres_per_unit, change)?;
+            optimizer.step(&gradients)?;
+            step += 1;
+            tally.add(part);
+            let (loss, accuracy) = (tally.loss(), tally.accuracy());
+            ensure!(
+                loss.is_finite(),
+                "the loss is not a number any more in epoch {epoch}; lower learning_rate"
+            );
             observe(Event::Step {
                 epoch,
-                loss: tally.loss(),
-                accuracy: tally.accuracy(),
+                loss,
+                accuracy,
             })?;
         }
         let report = report(
             epoch,
             &tally,
-            evaluate(network, validation, metres_per_unit)?,
+            &evaluate(network, validation, metres_per_unit)?,
             best.0,
         );
         if report.best {
@@ -147,6 +145,44 @@ pub fn train(
     Ok(history)
 }
 
+/// Gradients of the mean loss of some clouds. They are worked on in parts, side by side.
+fn gradients(
+    network: &Network,
+    samples: &Samples,
+    indices: &[usize],
+    metres_per_unit: f64,
+    (augmentation, mut random): (&Augmentation, Pcg64Mcg),
+) -> Result<(GradStore, Tally)> {
+    let parts = indices.chunks(part_size(network, samples));
+    let parts: Vec<_> = parts
+        .map(|part| (part, Pcg64Mcg::from_rng(&mut random)))
+        .collect();
+    let parts: Vec<Result<(GradStore, Tally)>> = parts
+        .into_par_iter()
+        .map(|(part, random)| {
+            let clouds = clouds(samples, part, metres_per_unit, Some((augmentation, random)))?;
+            let answers = network.forward(&clouds)?;
+            let loss = summed_loss(&answers, samples, part)?;
+            let gradients = (&loss / indices.len() as f64)?.backward()?;
+            Ok((gradients, Tally::of(&answers.to_vec2()?, samples, part)))
+        })
+        .collect();
+    // In order, so that rounding does not depend on which part was ready first.
+    let mut total = Tally::default();
+    let mut summed: Option<GradStore> = None;
+    for part in parts {
+        let (gradients, tally) = part?;
+        total.add(tally);
+        match &mut summed {
+            Some(summed) => summed.extend(gradients)?,
+            None => summed = Some(gradients),
+        }
+    }
+    summed
+        .map(|gradients| (gradients, total))
+        .ok_or_else(|| anyhow::anyhow!("an empty batch"))
+}
+
 /// Log-probabilities of each cloud.
 ///
 /// # Errors
@@ -157,30 +193,28 @@ pub fn log_probabilities(
     metres_per_unit: f64,
 ) -> Result<Vec<Vec<f32>>> {
     let indices: Vec<usize> = (0..samples.len()).collect();
-    let mut all = Vec::with_capacity(samples.len());
-    for indices in indices.chunks(64) {
-        all.extend(
-            network
-                .forward(&batch(samples, indices, metres_per_unit, None)?)?
-                .to_vec2::<f32>()?,
-        );
-    }
-    Ok(all)
+    let answers: Vec<Result<Vec<Vec<f32>>>> = indices
+        .par_chunks(part_size(network, samples))
+        .map(|part| {
+            Ok(network
+                .forward(&clouds(samples, part, metres_per_unit, None)?)?
+                .to_vec2()?)
+        })
+        .collect();
+    let answers: Result<Vec<_>> = answers.into_iter().collect();
+    Ok(answers?.concat())
 }
 
 fn evaluate(network: &Network, samples: &Samples, metres_per_unit: f64) -> Result<Tally> {
-    let mut tally = Tally::default();
-    for (answer, &label) in log_probabilities(network, samples, metres_per_unit)?
-        .iter()
-        .zip(&samples.labels)
-    {
-        tally.add_one(answer, label);
-        tally.loss_sum -= f64::from(answer[label as usize]);
-    }
-    Ok(tally)
+    let indices: Vec<usize> = (0..samples.len()).collect();
+    Ok(Tally::of(
+        &log_probabilities(network, samples, metres_per_unit)?,
+        samples,
+        &indices,
+    ))
 }
 
-fn report(epoch: usize, train: &Tally, validation: Tally, best_loss: f64) -> EpochReport {
+fn report(epoch: usize, train: &Tally, validation: &Tally, best_loss: f64) -> EpochReport {
     EpochReport {
         epoch,
         train_loss: train.loss(),
@@ -200,38 +234,6 @@ fn learning_rate(highest: f64, progress: f64) -> f64 {
     0.5 * highest * (1.0 + ((progress - WARM_UP) / (1.0 - WARM_UP) * std::f64::consts::PI).cos())
 }
 
-/// Clouds as the network takes them, [B, N, 3] in units.
-fn batch(
-    samples: &Samples,
-    indices: &[usize],
-    metres_per_unit: f64,
-    change: Option<(&Augmentation, Pcg64Mcg)>,
-) -> Result<Tensor> {
-    let mut points = Vec::with_capacity(indices.len() * 3 * samples.point_count);
-    indices
-        .iter()
-        .for_each(|&index| points.extend(samples.cloud(index)));
-    if let Some((augmentation, mut random)) = change {
-        points
-            .chunks_exact_mut(3 * samples.point_count)
-            .for_each(|cloud| augment(cloud, augmentation, &mut random));
-    }
-    let units_per_metre = (1.0 / metres_per_unit) as f32;
-    points
-        .iter_mut()
-        .for_each(|value| *value *= units_per_metre);
-    Ok(Tensor::from_vec(
-        points,
-        (indices.len(), samples.point_count, 3),
-        &Device::Cpu,
-    )?)
-}
-
-fn targets(samples: &Samples, indices: &[usize]) -> Result<Tensor> {
-    let labels: Vec<u32> = indices.iter().map(|&index| samples.labels[index]).collect();
-    Ok(Tensor::from_vec(labels, indices.len(), &Device::Cpu)?)
-}
-
 /// Sums of losses and right answers.
 #[derive(Debug, Default)]
 struct Tally {
@@ -241,23 +243,21 @@ struct Tally {
 }
 
 impl Tally {
-    fn add(
-        &mut self,
-        answers: &Tensor,
-        mean_loss: f32,
-        samples: &Samples,
-        indices: &[usize],
-    ) -> Result<()> {
-        for (answer, &index) in answers.to_vec2::<f32>()?.iter().zip(indices) {
-            self.add_one(answer, samples.labels[index]);
+    fn of(answers: &[Vec<f32>], samples: &Samples, indices: &[usize]) -> Self {
+        let mut tally = Self::default();
+        for (answer, &index) in answers.iter().zip(indices) {
+            let label = samples.labels[index] as usize;
+            tally.loss_sum -= f64::from(answer[label]);
+            tally.right += usize::from(most_probable(answer) == label);
+            tally.count += 1;
         }
-        self.loss_sum += f64::from(mean_loss) * indices.len() as f64;
-        Ok(())
+        tally
     }
 
-    fn add_one(&mut self, answer: &[f32], label: u32) {
-        self.right += usize::from(most_probable(answer) == label as usize);
-        self.count += 1;
+    fn add(&mut self, other: Self) {
+        self.loss_sum += other.loss_sum;
+        self.right += other.right;
+        self.count += other.count;
     }
 
     fn loss(&self) -> f64 {

@@ -8,7 +8,6 @@ pub mod file;
 pub mod neighbours;
 pub mod normals;
 pub mod outliers;
-pub mod parameter;
 pub mod sample;
 pub mod voxel;
 
@@ -16,7 +15,6 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 pub use file::{FileError, read, write_pcd, write_ply};
 pub use neighbours::Tree;
-pub use parameter::ParameterError;
 pub use sample::{SampleError, farthest_points};
 pub use voxel::VoxelError;
 

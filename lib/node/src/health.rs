@@ -1,7 +1,7 @@
 //! How the node fares, published on /diagnostics each second (REP 107).
 
+use crate::link::Report;
 use crate::publisher::{Latch, Publisher};
-use crate::supervisor::Report;
 use msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

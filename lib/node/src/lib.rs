@@ -23,6 +23,7 @@ pub mod transforms;
 
 mod clock;
 mod health;
+mod link;
 mod listener;
 mod logging;
 mod node;

@@ -20,8 +20,15 @@ pub struct Transforms {
     _links: Arc<[Subscriber; 2]>,
 }
 
+impl Node {
+    /// Listens to /tf and /tf_static. Call it once; clone the result.
+    pub fn transforms(&self) -> anyhow::Result<Transforms> {
+        Transforms::listen(self)
+    }
+}
+
 impl Transforms {
-    pub(crate) fn listen(node: &Node) -> anyhow::Result<Self> {
+    fn listen(node: &Node) -> anyhow::Result<Self> {
         let buffer = Arc::new(Mutex::new(TransformBuffer::default()));
         let news = Arc::new(Notify::new());
         let reader = |fixed| {

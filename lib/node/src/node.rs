@@ -3,7 +3,6 @@
 use crate::clock::Clock;
 use crate::environment;
 use crate::health::Health;
-use crate::listener::Transforms;
 use crate::parameters::{self, ParameterError};
 use crate::publisher::{Latch, Publisher};
 use crate::service::{self, CallError, Server};
@@ -229,11 +228,6 @@ impl Node {
     /// What diagnostics say of this node.
     pub fn health(&self) -> Health {
         self.shared.health.clone()
-    }
-
-    /// Listens to /tf and /tf_static. Call it once; clone the result.
-    pub fn transforms(&self) -> anyhow::Result<Transforms> {
-        Transforms::listen(self)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Publishers that survive a restarted master, and whose latched messages also reach those who cannot know of latching.
 
-use crate::supervisor::Tended;
+use crate::link::Tended;
 use rosrust::Message;
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};

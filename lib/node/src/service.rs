@@ -1,7 +1,7 @@
 //! Services that survive a restarted master, and calls that end by their deadline.
 
 use crate::bounded::{BoundedService, Request};
-use crate::supervisor::Tended;
+use crate::link::Tended;
 use msg::service::Service;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};

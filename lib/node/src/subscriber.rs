@@ -1,7 +1,7 @@
 //! Subscribers that notice a dead link, by the age of what they heard, and dial again.
 
 use crate::bounded::Bounded;
-use crate::supervisor::{Report, Tended};
+use crate::link::{Report, Tended};
 use rosrust::Message;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -2,6 +2,7 @@
 
 use crate::clock::Clock;
 use crate::health::Health;
+use crate::link::Tended;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
@@ -10,28 +11,6 @@ const TICK: Duration = Duration::from_millis(20);
 const TEND_PERIOD: Duration = Duration::from_millis(200);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
-
-/// A link that needs looking after.
-pub(crate) trait Tended: Send + Sync {
-    /// Does what is due. Called a few times a second.
-    fn tend(&self);
-    /// Registers again with the master.
-    fn renew(&self);
-    /// Unregisters for good.
-    fn close(&self);
-    /// What diagnostics should say of it.
-    fn report(&self) -> Option<Report> {
-        None
-    }
-}
-
-/// What a subscriber has heard.
-#[derive(Debug, Clone)]
-pub(crate) struct Report {
-    pub topic: String,
-    pub count: u64,
-    pub age: Option<Duration>,
-}
 
 /// All links of the node.
 #[derive(Default)]

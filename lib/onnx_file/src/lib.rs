@@ -19,8 +19,8 @@ mod proto;
 
 use prost::Message;
 use proto::{
-    AttributeProto, DimensionProto, DimensionValue, EntryProto, GraphProto, ModelProto, NodeProto, OperatorSetProto,
-    ShapeProto, TensorProto, TensorTypeProto, TypeProto, ValueInfoProto,
+    AttributeProto, DimensionProto, DimensionValue, EntryProto, GraphProto, ModelProto, NodeProto,
+    OperatorSetProto, ShapeProto, TensorProto, TensorTypeProto, TypeProto, ValueInfoProto,
 };
 
 /// Version of the operator set that every model asks for. In 17 the axes of `ReduceMax` are still
@@ -61,10 +61,16 @@ impl ModelBuilder {
             ir_version: FORMAT_VERSION,
             producer_name: "deformable_cobot".to_owned(),
             producer_version: env!("CARGO_PKG_VERSION").to_owned(),
-            opset_import: vec![OperatorSetProto { domain: String::new(), version: OPERATOR_SET }],
+            opset_import: vec![OperatorSetProto {
+                domain: String::new(),
+                version: OPERATOR_SET,
+            }],
             ..ModelProto::default()
         };
-        let graph = GraphProto { name: graph_name.to_owned(), ..GraphProto::default() };
+        let graph = GraphProto {
+            name: graph_name.to_owned(),
+            ..GraphProto::default()
+        };
         Self { model, graph }
     }
 
@@ -97,7 +103,13 @@ impl ModelBuilder {
     }
 
     /// Adds a node of the standard operator set with one output.
-    pub fn node(&mut self, operator: &str, inputs: &[&str], output: &str, attributes: &[(&str, Attribute)]) {
+    pub fn node(
+        &mut self,
+        operator: &str,
+        inputs: &[&str],
+        output: &str,
+        attributes: &[(&str, Attribute)],
+    ) {
         self.graph.node.push(NodeProto {
             input: inputs.iter().map(|&name| name.to_owned()).collect(),
             output: vec![output.to_owned()],
@@ -109,7 +121,10 @@ impl ModelBuilder {
 
     /// Adds a metadata entry.
     pub fn metadata(&mut self, key: &str, value: &str) {
-        self.model.metadata_props.push(EntryProto { key: key.to_owned(), value: value.to_owned() });
+        self.model.metadata_props.push(EntryProto {
+            key: key.to_owned(),
+            value: value.to_owned(),
+        });
     }
 
     /// The bytes of the model file.
@@ -118,9 +133,19 @@ impl ModelBuilder {
         self.model.encode_to_vec()
     }
 
-    fn constant(&mut self, name: &str, shape: &[usize], count: usize, data_type: i32, raw_data: Vec<u8>) {
+    fn constant(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        count: usize,
+        data_type: i32,
+        raw_data: Vec<u8>,
+    ) {
         let expected: usize = shape.iter().product();
-        assert_eq!(expected, count, "constant {name}: shape {shape:?} needs {expected} values, not {count}");
+        assert_eq!(
+            expected, count,
+            "constant {name}: shape {shape:?} needs {expected} values, not {count}"
+        );
         self.graph.initializer.push(TensorProto {
             dims: shape.iter().map(|&size| size as i64).collect(),
             data_type,
@@ -133,8 +158,18 @@ impl ModelBuilder {
 fn attribute((name, value): &(&str, Attribute)) -> AttributeProto {
     let name = (*name).to_owned();
     match value {
-        Attribute::Int(value) => AttributeProto { name, i: Some(*value), ints: Vec::new(), kind: proto::ATTRIBUTE_INT },
-        Attribute::Ints(values) => AttributeProto { name, i: None, ints: values.to_vec(), kind: proto::ATTRIBUTE_INTS },
+        Attribute::Int(value) => AttributeProto {
+            name,
+            i: Some(*value),
+            ints: Vec::new(),
+            kind: proto::ATTRIBUTE_INT,
+        },
+        Attribute::Ints(values) => AttributeProto {
+            name,
+            i: None,
+            ints: values.to_vec(),
+            kind: proto::ATTRIBUTE_INTS,
+        },
     }
 }
 
@@ -145,8 +180,18 @@ fn value_info(name: &str, shape: &[Dimension]) -> ValueInfoProto {
             Dimension::Free(name) => DimensionValue::Name((*name).to_owned()),
         }),
     });
-    let tensor = TensorTypeProto { elem_type: proto::FLOAT, shape: Some(ShapeProto { dim: dimensions.collect() }) };
-    ValueInfoProto { name: name.to_owned(), kind: Some(TypeProto { tensor_type: Some(tensor) }) }
+    let tensor = TensorTypeProto {
+        elem_type: proto::FLOAT,
+        shape: Some(ShapeProto {
+            dim: dimensions.collect(),
+        }),
+    };
+    ValueInfoProto {
+        name: name.to_owned(),
+        kind: Some(TypeProto {
+            tensor_type: Some(tensor),
+        }),
+    }
 }
 
 #[cfg(test)]

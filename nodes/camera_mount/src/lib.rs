@@ -1,8 +1,8 @@
 //! Where the camera sits on the robot's head.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// The mount, as `config/camera_mount.yaml` holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,45 +30,24 @@ impl Default for CameraMount {
     }
 }
 
-/// A mount that cannot be.
-#[derive(Debug, Error, PartialEq)]
-pub enum MountError {
-    /// A frame has no name.
-    #[error("{0} is empty; name a TF frame")]
-    NoFrame(&'static str),
-    /// A number is not finite or no metre long.
-    #[error("{name} is {value:?}; {allowed}")]
-    OutOfRange {
-        /// The parameter.
-        name: &'static str,
-        /// Its value.
-        value: [f64; 3],
-        /// What it may be.
-        allowed: &'static str,
-    },
-}
-
 impl CameraMount {
     /// Checks that the frames are named and the numbers plausible.
-    pub fn validate(&self) -> Result<(), MountError> {
-        if self.parent_frame.is_empty() {
-            return Err(MountError::NoFrame("parent_frame"));
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        for (name, frame) in [
+            ("parent_frame", &self.parent_frame),
+            ("child_frame", &self.child_frame),
+        ] {
+            if frame.is_empty() {
+                return Err(ParameterError::new(name, "empty", "the name of a TF frame"));
+            }
         }
-        if self.child_frame.is_empty() {
-            return Err(MountError::NoFrame("child_frame"));
-        }
-        within(
-            "translation_m",
-            self.translation_m,
-            2.0,
-            "each must lie within ±2 m",
-        )?;
-        within(
-            "rotation_rpy_rad",
-            self.rotation_rpy_rad,
-            6.2832,
-            "each must lie within ±2π rad",
-        )
+        let each = |name, values: [f64; 3], limit: f64, unit| {
+            values
+                .into_iter()
+                .try_for_each(|value| in_range(name, value, -limit..=limit, unit))
+        };
+        each("translation_m", self.translation_m, 2.0, "m")?;
+        each("rotation_rpy_rad", self.rotation_rpy_rad, 6.2832, "rad")
     }
 
     /// parent_from_camera.
@@ -78,24 +57,6 @@ impl CameraMount {
             Translation3::from(self.translation_m),
             UnitQuaternion::from_euler_angles(roll, pitch, yaw),
         )
-    }
-}
-
-fn within(
-    name: &'static str,
-    value: [f64; 3],
-    limit: f64,
-    allowed: &'static str,
-) -> Result<(), MountError> {
-    // Written so that what is not a number fails too.
-    if value.iter().all(|v| v.abs() <= limit) {
-        Ok(())
-    } else {
-        Err(MountError::OutOfRange {
-            name,
-            value,
-            allowed,
-        })
     }
 }
 
@@ -115,26 +76,21 @@ mod tests {
 
     #[test]
     fn impossible_mounts_are_named() {
+        let fault = |mount: CameraMount| mount.validate().err().map(|error| error.name);
         let far = CameraMount {
             translation_m: [0.0, 3.0, 0.0],
             ..Default::default()
         };
-        assert!(matches!(
-            far.validate(),
-            Err(MountError::OutOfRange {
-                name: "translation_m",
-                ..
-            })
-        ));
+        assert_eq!(fault(far), Some("translation_m"));
         let nan = CameraMount {
             rotation_rpy_rad: [f64::NAN, 0.0, 0.0],
             ..Default::default()
         };
-        assert!(nan.validate().is_err());
+        assert_eq!(fault(nan), Some("rotation_rpy_rad"));
         let nameless = CameraMount {
             child_frame: String::new(),
             ..Default::default()
         };
-        assert_eq!(nameless.validate(), Err(MountError::NoFrame("child_frame")));
+        assert_eq!(fault(nameless), Some("child_frame"));
     }
 }

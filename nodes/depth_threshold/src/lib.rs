@@ -7,9 +7,8 @@ mod decimation;
 mod image;
 mod intrinsics;
 
-use cloud::ParameterError;
-use cloud::parameter::in_range;
 use nalgebra::Point3;
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 pub use image::{DepthImage, ImageError};

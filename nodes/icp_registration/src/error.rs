@@ -1,7 +1,7 @@
 //! Why there is no answer.
 
-use cloud::ParameterError;
 use cloud::voxel::VoxelError;
+use parameter::ParameterError;
 
 /// Why a view cannot be registered at all.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,8 +1,9 @@
 //! Views in, one cloud and the evidence out.
 
 use cloud::normals::Moments;
-use cloud::{ParameterError, transformed, voxel};
+use cloud::{transformed, voxel};
 use nalgebra::{Isometry3, Point3};
+use parameter::ParameterError;
 
 use crate::align::Alignment;
 use crate::error::{RegisterError, RegistrationError};

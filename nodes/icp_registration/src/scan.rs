@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use anyhow::Context;
-use cloud::ParameterError;
 use icp_registration::{Parameters, Registrar, ViewEvidence};
 use msg::deformable_cobot::{RegisteredCloud, StageTime, View, ViewRegistration};
 use msg::std_msgs::Header;
 use msg::{Duration, timing};
+use parameter::ParameterError;
 
 /// The views of one scan so far.
 pub struct Scan {

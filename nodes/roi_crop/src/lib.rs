@@ -8,8 +8,9 @@ mod axis;
 mod error;
 mod parameters;
 
-use cloud::{ParameterError, is_finite, outliers};
+use cloud::{is_finite, outliers};
 use nalgebra::{Point3, Vector3};
+use parameter::ParameterError;
 
 pub use axis::{Axis, AxisError};
 pub use error::CropError;

@@ -1,7 +1,6 @@
 //! What a user can set.
 
-use cloud::ParameterError;
-use cloud::parameter::in_range;
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::Axis;

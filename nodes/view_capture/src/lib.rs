@@ -7,6 +7,6 @@ mod parameters;
 mod plan;
 mod sweep;
 
-pub use parameters::{Mode, ParameterError, Parameters};
+pub use parameters::{Mode, Parameters};
 pub use plan::{PlanError, plan};
 pub use sweep::{Sweep, SweepRules, Taken};

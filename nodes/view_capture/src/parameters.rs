@@ -1,8 +1,8 @@
 //! Parameters of the node.
 
 use crate::sweep::SweepRules;
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// Who turns the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,81 +78,30 @@ impl Default for Parameters {
     }
 }
 
-/// A parameter out of its range.
-#[derive(Debug, Error, PartialEq)]
-#[error("{name} is {value}; it must be {allowed}")]
-pub struct ParameterError {
-    name: &'static str,
-    value: f64,
-    allowed: &'static str,
-}
-
 impl Parameters {
     /// Names the first parameter that is out of range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let check = |name, value: f64, fine: bool, allowed| {
-            if fine {
-                Ok(())
-            } else {
-                Err(ParameterError {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
-        };
-        let count = f64::from(self.view_count);
-        check(
-            "view_count",
-            count,
-            (1..=64).contains(&self.view_count),
-            "1 to 64",
-        )?;
-        let (centre, min, max) = (
-            self.centre_angle_rad,
-            self.angle_min_rad,
-            self.angle_max_rad,
-        );
-        check("angle_min_rad", min, min < max, "less than angle_max_rad")?;
-        let inside = (min..=max).contains(&centre);
-        check(
-            "centre_angle_rad",
-            centre,
-            inside,
-            "from angle_min_rad to angle_max_rad",
-        )?;
-        let step = self.view_step_rad;
-        check(
-            "view_step_rad",
-            step,
-            step > 0.0 && step <= 3.2,
-            "more than 0 and at most 3.2",
-        )?;
+        in_range("view_count", self.view_count, 1..=64, "")?;
+        let (min, max) = (self.angle_min_rad, self.angle_max_rad);
+        in_range("angle_max_rad", max, min..=7.0, "rad")?;
+        in_range("centre_angle_rad", self.centre_angle_rad, min..=max, "rad")?;
+        in_range("view_step_rad", self.view_step_rad, 1e-3..=3.2, "rad")?;
         for (name, value) in [
             ("motion_deadline_s", self.motion_deadline_s),
             ("frame_deadline_s", self.frame_deadline_s),
             ("transform_deadline_s", self.transform_deadline_s),
             ("answer_deadline_s", self.answer_deadline_s),
         ] {
-            check(
-                name,
-                value,
-                value > 0.0 && value <= 600.0,
-                "more than 0 and at most 600",
-            )?;
+            in_range(name, value, 0.01..=600.0, "s")?;
         }
-        for (name, value) in [
-            ("rest_tolerance_rad", self.rest_tolerance_rad),
-            ("rest_dwell_s", self.rest_dwell_s),
-            ("separation_rad", self.separation_rad),
-        ] {
-            check(
-                name,
-                value,
-                value > 0.0 && value <= 10.0,
-                "more than 0 and at most 10",
-            )?;
-        }
+        in_range(
+            "rest_tolerance_rad",
+            self.rest_tolerance_rad,
+            1e-4..=1.0,
+            "rad",
+        )?;
+        in_range("rest_dwell_s", self.rest_dwell_s, 0.01..=10.0, "s")?;
+        in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")?;
         Ok(())
     }
 
@@ -183,6 +132,6 @@ mod tests {
         assert_eq!(bad(|p| p.centre_angle_rad = 4.0), Some("centre_angle_rad"));
         assert_eq!(bad(|p| p.view_step_rad = f64::NAN), Some("view_step_rad"));
         assert_eq!(bad(|p| p.frame_deadline_s = -1.0), Some("frame_deadline_s"));
-        assert_eq!(bad(|p| p.angle_max_rad = -4.0), Some("angle_min_rad"));
+        assert_eq!(bad(|p| p.angle_max_rad = -4.0), Some("angle_max_rad"));
     }
 }

@@ -1,5 +1,6 @@
 //! Settings of the wrist rotator.
 
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 /// Joints in an arm.
@@ -106,20 +107,6 @@ impl Default for Parameters {
     }
 }
 
-/// A setting out of its range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("parameter {name} is {value}; allowed are {lower} to {upper}")]
-pub struct ParameterError {
-    /// Parameter.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// Smallest allowed value.
-    pub lower: f64,
-    /// Largest allowed value.
-    pub upper: f64,
-}
-
 impl Parameters {
     /// Checks every range.
     ///
@@ -165,15 +152,7 @@ impl Parameters {
             ("joints_age_max_s", self.joints_age_max_s, 0.02, 5.0),
         ];
         for (name, value, lower, upper) in ranges {
-            // Written so that NaN fails.
-            if !(value >= lower && value <= upper) {
-                return Err(ParameterError {
-                    name,
-                    value,
-                    lower,
-                    upper,
-                });
-            }
+            in_range(name, value, lower..=upper, "")?;
         }
         Ok(())
     }

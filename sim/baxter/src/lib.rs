@@ -21,7 +21,7 @@ pub use assembly::{Assembly, AssemblyState, EstopButton, EstopSource};
 pub use gripper::{Gripper, GripperState};
 pub use gripper_command::{GripperCommand, GripperCommandError};
 pub use kinematics::{Chain, JOINTS_PER_ARM, Kinematics, Side, arm_joint_names};
-pub use parameters::{ParameterError, Parameters};
+pub use parameters::Parameters;
 pub use robot::Robot;
 pub use scan_pose::{ScanPose, ScanPoseError};
 pub use sensors::JointStates;

@@ -1,5 +1,6 @@
 //! Settings of the simulated robot.
 
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::scan_pose::ScanPose;
@@ -62,20 +63,6 @@ impl Default for Parameters {
     }
 }
 
-/// A setting out of its range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("parameter {name} is {value}; allowed are {lower} to {upper}")]
-pub struct ParameterError {
-    /// Parameter.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// Smallest allowed value.
-    pub lower: f64,
-    /// Largest allowed value.
-    pub upper: f64,
-}
-
 impl Parameters {
     /// Checks every range.
     ///
@@ -105,15 +92,7 @@ impl Parameters {
             ("rate_hz", self.rate_hz, 1.0, 1000.0),
         ];
         for (name, value, lower, upper) in ranges {
-            // Written so that NaN fails.
-            if !(value >= lower && value <= upper) {
-                return Err(ParameterError {
-                    name,
-                    value,
-                    lower,
-                    upper,
-                });
-            }
+            in_range(name, value, lower..=upper, "")?;
         }
         Ok(())
     }

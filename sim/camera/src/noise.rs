@@ -6,8 +6,7 @@
 
 mod gaussian;
 
-use cloud::ParameterError;
-use cloud::parameter::in_range;
+use parameter::{ParameterError, in_range};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};

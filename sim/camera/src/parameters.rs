@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cloud::ParameterError;
-use cloud::parameter::in_range;
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 use sim_objects::{ObjectClass, SQUEEZE_MAX_M};
 

@@ -125,7 +125,7 @@ impl Scanner {
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
              depth_threshold's ~depth_min_m and ~depth_max_m fit?"
         );
-        let pose = self.pose_at(&cloud).await?;
+        let pose = Pose::at(&self.parameters, self.transforms.as_ref(), &cloud).await?;
         self.output.view(place, turned.angle, pose, &cloud);
         Ok(())
     }
@@ -158,22 +158,6 @@ impl Scanner {
                 bail!("no cloud ever came on 'points'; are the camera and depth_threshold running?")
             }
         }
-    }
-
-    async fn pose_at(&self, cloud: &PointCloud2) -> anyhow::Result<Option<Pose>> {
-        let Some(transforms) = &self.transforms else {
-            return Ok(None);
-        };
-        let hand_frame = self.parameters.hand_frame.clone();
-        let patience = Duration::from_secs_f64(self.parameters.transform_deadline_s);
-        let header = &cloud.header;
-        let pose = transforms
-            .wait(&hand_frame, &header.frame_id, header.stamp, patience)
-            .await;
-        Ok(Some(Pose {
-            hand_from_camera: pose?,
-            hand_frame,
-        }))
     }
 }
 

@@ -4,10 +4,11 @@ use msg::deformable_cobot::View;
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
 use nalgebra::Isometry3;
-use node::{Clock, Latch, Node, Publisher};
+use node::{Clock, Latch, Node, Publisher, Transforms};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use view_capture::Parameters;
 
 /// The publishers of views. Clones share them.
 #[derive(Clone)]
@@ -30,6 +31,29 @@ pub struct Place {
 pub struct Pose {
     pub hand_frame: String,
     pub hand_from_camera: Isometry3<f64>,
+}
+
+impl Pose {
+    /// The pose at the stamp of `cloud`, waited for as configured; `None` where TF is not used.
+    pub async fn at(
+        parameters: &Parameters,
+        transforms: Option<&Transforms>,
+        cloud: &PointCloud2,
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(transforms) = transforms else {
+            return Ok(None);
+        };
+        let hand_frame = parameters.hand_frame.clone();
+        let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
+        let header = &cloud.header;
+        let pose = transforms
+            .wait(&hand_frame, &header.frame_id, header.stamp, patience)
+            .await;
+        Ok(Some(Self {
+            hand_from_camera: pose?,
+            hand_frame,
+        }))
+    }
 }
 
 impl Output {

@@ -4,7 +4,6 @@ use super::output::{Output, Place, Pose, new_scan_id};
 use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
 
@@ -79,7 +78,7 @@ async fn publish(
             index,
             count,
         };
-        match pose_at(parameters, transforms, &view.cloud).await {
+        match Pose::at(parameters, transforms, &view.cloud).await {
             Ok(pose) => output.view(place, view.angle_rad, pose, &view.cloud),
             Err(error) => {
                 let error = format!("view_capture: view {} of {count}: {error:#}", index + 1);
@@ -88,26 +87,6 @@ async fn publish(
             }
         }
     }
-}
-
-async fn pose_at(
-    parameters: &Parameters,
-    transforms: Option<&Transforms>,
-    cloud: &PointCloud2,
-) -> anyhow::Result<Option<Pose>> {
-    let Some(transforms) = transforms else {
-        return Ok(None);
-    };
-    let hand_frame = parameters.hand_frame.clone();
-    let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
-    let header = &cloud.header;
-    let pose = transforms
-        .wait(&hand_frame, &header.frame_id, header.stamp, patience)
-        .await;
-    Ok(Some(Pose {
-        hand_from_camera: pose?,
-        hand_frame,
-    }))
 }
 
 fn lock<T>(sweep: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

@@ -1,4 +1,4 @@
-//! Checks of parameters, worded alike in every stage.
+//! Checks of parameters, worded alike in every program.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

@@ -1,0 +1,72 @@
+//! Measures a model on fresh simulated scans.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::Parser;
+use classifier::{Model, Provider};
+use indicatif::ProgressBar;
+use sim_objects::ObjectClass;
+use training::setup::ScanParameters;
+use training::{evaluation, files, report};
+
+/// Measures a model on simulated scans that it was not trained on.
+#[derive(Debug, Parser)]
+#[command(
+    name = "evaluate",
+    after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
+)]
+struct Arguments {
+    /// Model file [default: the shipped one]
+    #[arg(long, value_name = "ONNX")]
+    model: Option<PathBuf>,
+    /// What runs the network: openvino or cpu
+    #[arg(long, default_value = "cpu")]
+    provider: Provider,
+    /// OpenVINO's device
+    #[arg(long, default_value = "CPU", value_parser = ["CPU", "GPU", "AUTO"])]
+    device: String,
+    /// Specimens of each class
+    #[arg(long, default_value_t = 30)]
+    specimens: usize,
+    /// Everything random comes from this; other than a training run's
+    #[arg(long, default_value_t = 9001)]
+    seed: u64,
+    /// Scans like the demo's: camera mount known exactly, wrist upright, object held in the middle of the image
+    #[arg(long)]
+    nominal: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    report::exit_code("evaluate", run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let path = arguments
+        .model
+        .clone()
+        .map_or_else(files::shipped_model, Ok)?;
+    let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
+    if let Some(reason) = model.fallback_reason() {
+        eprintln!("evaluate: the CPU provider is used: {reason}");
+    }
+    let parameters = if arguments.nominal {
+        ScanParameters::nominal()
+    } else {
+        ScanParameters::default()
+    };
+    let bar = ProgressBar::new((arguments.specimens * ObjectClass::ALL.len()) as u64);
+    let (count, seed) = (arguments.specimens, arguments.seed);
+    let found = evaluation::evaluate(&mut model, count, &parameters, seed, || bar.inc(1))?;
+    bar.finish_and_clear();
+    if arguments.json {
+        println!("{:#}", serde_json::to_value(&found)?);
+    } else {
+        print!("{}", found.to_text());
+    }
+    Ok(())
+}

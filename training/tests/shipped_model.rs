@@ -1,0 +1,109 @@
+//! The shipped model on the objects of the demo and on real captures.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+
+use classifier::{Model, Provider};
+use depth_threshold::{DepthImage, Thresholder};
+use icp_registration::Registrar;
+use nalgebra::Point3;
+use roi_crop::{Cropper, Frame};
+use sim_camera::{
+    D435I, Noise, NoiseParameters, Placement, Scene, render_view, scan_base_from_camera,
+    scan_base_from_hand,
+};
+use sim_objects::{ObjectClass, Variation, dent};
+use training::files::{self, classify_views};
+
+fn shipped_model() -> Model {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/model.onnx");
+    Model::load(&path, Provider::Cpu, "CPU").unwrap()
+}
+
+/// What a view shows, m, in the camera's frame.
+fn view(scene: &Scene, placement: &Placement, noise: &mut Noise) -> Vec<Point3<f32>> {
+    let image = render_view(scene, placement, &D435I, Some(noise));
+    let bytes = image.to_le_bytes();
+    let image = DepthImage {
+        width: D435I.width,
+        height: D435I.height,
+        step: 2 * D435I.width,
+        encoding: "16UC1",
+        is_bigendian: false,
+        data: &bytes,
+    };
+    Thresholder::new(Default::default())
+        .unwrap()
+        .points(&image, &D435I)
+        .unwrap()
+}
+
+/// The object in the hand, from three views as in the demo.
+fn scan(class: ObjectClass, seed: u64) -> Vec<Point3<f32>> {
+    let object = dent(&class.mesh(&Variation::random(seed)), 0.008, seed).unwrap();
+    let scene = Scene::holding(&object);
+    let mut noise = Noise::new(NoiseParameters::default(), seed).unwrap();
+    let mut registrar = Registrar::new(Default::default()).unwrap();
+    for wrist_rad in [0.65, 1.25, 1.85] {
+        let base_from_hand = scan_base_from_hand(wrist_rad);
+        let placement = Placement::in_base(&scan_base_from_camera(), &base_from_hand);
+        let points = view(&scene, &placement, &mut noise);
+        registrar
+            .add_view(&points, Some(placement.hand_from_camera()))
+            .unwrap();
+    }
+    let cropper = Cropper::new(Default::default()).unwrap();
+    cropper
+        .crop(&registrar.cloud(), Frame::Hand { opening_m: None })
+        .unwrap()
+        .points
+}
+
+#[test]
+fn the_demos_objects_come_out_right() {
+    let mut model = shipped_model();
+    let up = nalgebra::Vector3::z();
+    let mut right = 0;
+    for (class, seed) in ObjectClass::ALL.into_iter().zip(1..) {
+        let answer = model.classify(&scan(class, seed), &up).unwrap();
+        println!(
+            "seed {seed}: {class} is called {} ({:.2})",
+            answer.label, answer.probability
+        );
+        right += usize::from(answer.label == class.name());
+    }
+    assert!(right >= 7, "{right} of 8");
+}
+
+/// Where the real data is, if it is there.
+fn real_data() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/real");
+    let folder = std::env::var_os("DEFORMABLE_COBOT_REAL").map_or(beside, PathBuf::from);
+    folder.is_dir().then_some(folder)
+}
+
+#[test]
+fn the_real_can_is_named_from_three_views_and_from_each_alone() {
+    let Some(folder) = real_data() else {
+        println!("skipped: no real data; let DEFORMABLE_COBOT_REAL name its folder");
+        return;
+    };
+    let captures = [1, 2, 3].map(|view| folder.join(format!("captures/can_a/out_{view}.ply")));
+    let views = files::read_views(&captures, 1.0, || ()).unwrap();
+    let scene = files::Scene {
+        metres_per_file_unit: 1.0,
+        up: "+y".parse().unwrap(),
+        keep_above_m: Some(-0.115),
+    };
+    let mut model = shipped_model();
+    for views in [&views[..], &views[..1], &views[1..2], &views[2..]] {
+        let answer = classify_views(views, &scene, &mut model).unwrap().answer;
+        println!(
+            "{} views: {} ({:.2})",
+            views.len(),
+            answer.label,
+            answer.probability
+        );
+        assert_eq!(answer.label, "medium-can");
+    }
+}
