@@ -12,14 +12,9 @@ use crate::network::{Linear, Network, PRODUCT_SCALE};
 /// Writes the model file under its final name only once it is complete.
 ///
 /// # Errors
-/// The network is larger than a model file may be, or the file cannot be written.
+/// As for [`encode`], or the file cannot be written.
 pub fn write_model(path: &Path, network: &Network, metadata: &ModelMetadata) -> Result<u64> {
     let bytes = encode(network, metadata)?;
-    ensure!(
-        bytes.len() as u64 <= MAX_MODEL_BYTES,
-        "the model has {} bytes, but a model file has at most {MAX_MODEL_BYTES}; choose fewer features",
-        bytes.len()
-    );
     write_atomically(path, &bytes)?;
     Ok(bytes.len() as u64)
 }
@@ -48,7 +43,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
 /// The bytes of the model file.
 ///
 /// # Errors
-/// A weight cannot be read, or is not finite.
+/// The network is larger than a model file may be, or a weight is not finite.
 pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
     let batch = Dimension::Free("batch");
     let mut graph = Graph(ModelBuilder::new("deformable_object_classifier"));
@@ -95,7 +90,13 @@ pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
     for (key, value) in metadata.to_entries() {
         graph.0.metadata(key, &value);
     }
-    Ok(graph.0.encode())
+    let bytes = graph.0.encode();
+    ensure!(
+        bytes.len() as u64 <= MAX_MODEL_BYTES,
+        "the model has {} bytes, but a model file has at most {MAX_MODEL_BYTES}; choose fewer features",
+        bytes.len()
+    );
+    Ok(bytes)
 }
 
 struct Graph(ModelBuilder);

@@ -13,5 +13,6 @@ pub mod report;
 pub mod run;
 pub mod samples;
 pub mod scan;
+pub mod settings;
 pub mod setup;
 pub mod trainer;

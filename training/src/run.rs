@@ -2,62 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use classifier::ModelMetadata;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use sim_objects::ObjectClass;
 
 use crate::dataset::{preprocessing, simulate};
-use crate::export::{write_atomically, write_model};
+use crate::export::{encode, write_atomically, write_model};
 use crate::metrics::{Confusion, threshold_keeping};
-use crate::network::{Architecture, Network};
+use crate::network::Network;
 use crate::samples::{Samples, read_npz, write_npz};
-use crate::setup::ScanParameters;
-use crate::trainer::{
-    EpochReport, Event, TrainingParameters, log_probabilities, most_probable, train,
-};
-
-/// Everything that determines a run; the same settings give the same model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settings {
-    /// Everything random comes from this.
-    pub seed: u64,
-    /// Specimens of each class to train on.
-    pub specimens_per_class: usize,
-    /// Specimens of each class to choose the best epoch by.
-    pub validation_specimens_per_class: usize,
-    /// N, points of a cloud that the network sees.
-    pub point_count: usize,
-    /// How clouds are centred: `box` or `centroid`.
-    pub centring: String,
-    /// Share of the validation clouds that count as known.
-    pub known_share: f64,
-    /// Widths of the network.
-    pub architecture: Architecture,
-    /// How to train.
-    pub training: TrainingParameters,
-    /// How scans vary.
-    pub scans: ScanParameters,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            specimens_per_class: 800,
-            validation_specimens_per_class: 60,
-            point_count: 128,
-            centring: "box".to_owned(),
-            known_share: 0.95,
-            architecture: Architecture::default(),
-            training: TrainingParameters::default(),
-            scans: ScanParameters::default(),
-        }
-    }
-}
+use crate::settings::{Settings, fingerprint};
+use crate::trainer::{EpochReport, Event, log_probabilities, most_probable, train};
 
 /// What a run achieved.
 #[derive(Debug, Clone, Serialize)]
@@ -123,35 +81,24 @@ pub fn run(
     fresh: bool,
     show: impl Fn(Stage) + Sync,
 ) -> Result<Results> {
+    settings.validate()?;
     let run_id = format!("{}-{}", settings.seed, fingerprint(settings)?);
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let mut metadata = settings.metadata(&run_id)?;
-    let [train_clouds, validation] = dataset(settings, &metadata, output, fresh, &show)?;
-
+    let mut metadata = preprocessing(settings.point_count, settings.centring()?);
+    metadata.run_id = run_id.clone();
     let network = Network::new(settings.architecture, metadata.labels.len(), &mut random)?;
-    let parameters = &settings.training;
-    let steps = parameters.epochs * train_clouds.len().div_ceil(parameters.batch_size.max(1));
-    show(Stage::Training { steps });
-    let observe = |event| {
-        show(match event {
-            Event::Step {
-                epoch,
-                loss,
-                accuracy,
-            } => Stage::Step {
-                epoch,
-                loss,
-                accuracy,
-            },
-            Event::Epoch(report) => Stage::Epoch(report),
-        });
-        Ok(())
-    };
-    let scale = metadata.metres_per_unit;
-    let clouds = [&train_clouds, &validation];
-    let history = train(&network, clouds, scale, parameters, &mut random, observe)?;
+    encode(&network, &metadata).context("the network is too large")?;
 
-    let answers = log_probabilities(&network, &validation, scale)?;
+    let [train_clouds, validation] = dataset(settings, &metadata, output, fresh, &show)?;
+    let history = fit(
+        &network,
+        [&train_clouds, &validation],
+        &metadata,
+        settings,
+        &mut random,
+        &show,
+    )?;
+    let answers = log_probabilities(&network, &validation, metadata.metres_per_unit)?;
     let mut confusion = Confusion::new(&metadata.labels);
     for (answer, &label) in answers.iter().zip(&validation.labels) {
         confusion.add(label as usize, most_probable(answer));
@@ -176,18 +123,39 @@ pub fn run(
     Ok(results)
 }
 
-impl Settings {
-    fn metadata(&self, run_id: &str) -> Result<ModelMetadata> {
-        let centring = self.centring.parse().map_err(|()| {
-            anyhow!(
-                "setting centring is {:?}; it must be box or centroid",
-                self.centring
-            )
-        })?;
-        let mut metadata = preprocessing(self.point_count, centring);
-        metadata.run_id = run_id.to_owned();
-        Ok(metadata)
-    }
+fn fit(
+    network: &Network,
+    clouds: [&Samples; 2],
+    metadata: &ModelMetadata,
+    settings: &Settings,
+    random: &mut Pcg64Mcg,
+    show: &impl Fn(Stage),
+) -> Result<Vec<EpochReport>> {
+    let parameters = &settings.training;
+    let steps = parameters.epochs * clouds[0].len().div_ceil(parameters.batch_size);
+    show(Stage::Training { steps });
+    train(
+        network,
+        clouds,
+        metadata.metres_per_unit,
+        parameters,
+        random,
+        |event| {
+            show(match event {
+                Event::Step {
+                    epoch,
+                    loss,
+                    accuracy,
+                } => Stage::Step {
+                    epoch,
+                    loss,
+                    accuracy,
+                },
+                Event::Epoch(report) => Stage::Epoch(report),
+            });
+            Ok(())
+        },
+    )
 }
 
 impl Results {
@@ -255,13 +223,4 @@ fn write_record(path: &Path, settings: &Settings, results: &Results) -> Result<(
     }
     let text = serde_yaml::to_string(&Record { settings, results })?;
     write_atomically(path, text.as_bytes())
-}
-
-/// A name for settings: 64-bit FNV-1a of their text.
-fn fingerprint(settings: &impl Serialize) -> Result<String> {
-    let text = serde_yaml::to_string(settings).context("cannot write settings")?;
-    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    });
-    Ok(format!("{hash:016x}"))
 }

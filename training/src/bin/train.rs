@@ -9,7 +9,8 @@ use clap::Parser;
 use classifier::Centring;
 use indicatif::{ProgressBar, ProgressStyle};
 use training::report;
-use training::run::{self, Settings, Stage};
+use training::run::{self, Stage};
+use training::settings::Settings;
 use training::trainer::EpochReport;
 
 /// Makes simulated scans of the eight objects and trains a model on them.
