@@ -44,4 +44,4 @@ lint:
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin .ci/run
 	$(PYTHON) -m pyflakes tests tests/demo tests/bench
-	codespell --skip=target,.git,Cargo.lock
+	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

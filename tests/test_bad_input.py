@@ -63,8 +63,7 @@ def test_bad_depth_image_is_named_and_a_good_one_then_works(launch, image, info,
     graph = launch('graph.launch', **ALONE)
     camera = Camera(image(), info())
     response = graph.scan()
-    assert response.error
-    wait_until(lambda: named in response.error + graph.roslaunch.printed(), 10, f'a message that names {named}')
+    assert named in response.error
     before = graph.core.process_of('depth_threshold')
     camera.close()
     camera = Camera(depth_image(), camera_info())

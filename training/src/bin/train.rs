@@ -105,7 +105,7 @@ fn run(arguments: &Arguments) -> Result<()> {
 fn show(bar: &ProgressBar, stage: Stage) {
     match stage {
         Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
-        Stage::Scanned => bar.inc(1),
+        Stage::Scanned => advance(bar),
         Stage::Training { steps } => begin(bar, steps, "training"),
         Stage::Step {
             epoch,
@@ -118,6 +118,15 @@ fn show(bar: &ProgressBar, stage: Stage) {
             ));
         }
         Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
+    }
+}
+
+/// Without a terminal there is no bar; then a line for each tenth.
+fn advance(bar: &ProgressBar) {
+    bar.inc(1);
+    let (done, length) = (bar.position(), bar.length().unwrap_or(0));
+    if !std::io::stderr().is_terminal() && done % length.div_ceil(10).max(1) == 0 {
+        eprintln!("{done} of {length}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! Scans on request: turn, wait for rest, look, again; then wait for the answer.
 
 use super::output::{Output, Place, Pose, new_scan_id};
+use super::troubles::Troubles;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{Classification, RotateWrist, RotateWristReq, ScanObjectRes};
@@ -18,6 +19,7 @@ pub struct Scanner {
     parameters: Arc<Parameters>,
     transforms: Option<Transforms>,
     output: Output,
+    troubles: Troubles,
     clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
     answers: broadcast::Sender<Classification>,
     busy: Arc<Mutex<()>>,
@@ -29,6 +31,7 @@ impl Scanner {
         parameters: Arc<Parameters>,
         transforms: Option<Transforms>,
         output: Output,
+        troubles: Troubles,
         clouds: &watch::Sender<Option<Arc<PointCloud2>>>,
         answers: &broadcast::Sender<Classification>,
     ) -> Self {
@@ -37,6 +40,7 @@ impl Scanner {
             parameters,
             transforms,
             output,
+            troubles,
             clouds: clouds.subscribe(),
             answers: answers.clone(),
             busy: Arc::default(),
@@ -101,12 +105,7 @@ impl Scanner {
         }
         let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
         let answer = tokio::time::timeout(patience, answer_of(&mut answers, scan_id)).await;
-        let answer = answer.map_err(|_| {
-            anyhow::anyhow!(
-                "no answer within {patience:.1?} of the last view; look at /diagnostics for the \
-                 stage that is silent (icp_registration, roi_crop or classifier)"
-            )
-        })?;
+        let answer = answer.map_err(|_| self.no_answer(patience))?;
         ensure!(answer.error.is_empty(), "{}", answer.error);
         Ok(answer)
     }
@@ -148,16 +147,28 @@ impl Scanner {
             .borrow()
             .as_ref()
             .map(|cloud| cloud.header.stamp);
+        let troubles = self.troubles.clause();
         match last {
             Some(stamp) => bail!(
                 "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
-                 last one is {:.2} s older); is the camera running, and are the clocks in step?",
+                 last one is {:.2} s older); is the camera running, and are the clocks in \
+                 step?{troubles}",
                 (moment - stamp).seconds()
             ),
-            None => {
-                bail!("no cloud ever came on 'points'; are the camera and depth_threshold running?")
-            }
+            None => bail!(
+                "no cloud ever came on 'points'; are the camera and depth_threshold \
+                 running?{troubles}"
+            ),
         }
+    }
+
+    fn no_answer(&self, patience: Duration) -> anyhow::Error {
+        let silent = match &self.troubles.silent_stages()[..] {
+            [] => "all stages are running".into(),
+            stages => format!("not running: {}", stages.join(", ")),
+        };
+        let troubles = self.troubles.clause();
+        anyhow::anyhow!("no answer within {patience:.1?} of the last view; {silent}{troubles}")
     }
 }
 

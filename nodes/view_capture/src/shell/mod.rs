@@ -3,6 +3,7 @@
 mod active;
 mod output;
 mod passive;
+mod troubles;
 
 use active::Scanner;
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
@@ -11,6 +12,7 @@ use node::{Expect, Node, Transforms};
 use output::Output;
 use std::sync::Arc;
 use tokio::sync::{broadcast, watch};
+use troubles::Troubles;
 use view_capture::{Mode, Parameters};
 
 /// Answers kept for a scan that looks for its own.
@@ -35,7 +37,10 @@ async fn serve_active(
 ) -> anyhow::Result<()> {
     let clouds = watch::Sender::new(None);
     let answers = broadcast::Sender::new(ANSWERS_KEPT);
-    let scanner = Scanner::new(&node, parameters, transforms, output, &clouds, &answers);
+    let troubles = Troubles::listen(&node)?;
+    let scanner = Scanner::new(
+        &node, parameters, transforms, output, troubles, &clouds, &answers,
+    );
     let _points = node.subscribe("points", Expect::STATE, move |cloud: PointCloud2| {
         clouds.send_replace(Some(Arc::new(cloud)));
     })?;

@@ -1,0 +1,157 @@
+//! Everything that determines a training run.
+
+use anyhow::{Context, Result};
+use classifier::Centring;
+use parameter::{ParameterError, in_range};
+use serde::{Deserialize, Serialize};
+
+use crate::network::Architecture;
+use crate::setup::ScanParameters;
+use crate::trainer::TrainingParameters;
+
+/// Everything that determines a run; the same settings give the same model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Everything random comes from this.
+    pub seed: u64,
+    /// Specimens of each class to train on.
+    pub specimens_per_class: usize,
+    /// Specimens of each class to choose the best epoch by.
+    pub validation_specimens_per_class: usize,
+    /// N, points of a cloud that the network sees.
+    pub point_count: usize,
+    /// How clouds are centred: `box` or `centroid`.
+    pub centring: String,
+    /// Share of the validation clouds that count as known.
+    pub known_share: f64,
+    /// Widths of the network.
+    pub architecture: Architecture,
+    /// How to train.
+    pub training: TrainingParameters,
+    /// How scans vary.
+    pub scans: ScanParameters,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            specimens_per_class: 800,
+            validation_specimens_per_class: 60,
+            point_count: 128,
+            centring: "box".to_owned(),
+            known_share: 0.95,
+            architecture: Architecture::default(),
+            training: TrainingParameters::default(),
+            scans: ScanParameters::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// Refuses what cannot be meant.
+    ///
+    /// # Errors
+    /// The first setting that is out of its range.
+    pub fn validate(&self) -> Result<()> {
+        self.check_ranges()?;
+        self.centring()?;
+        Ok(self.scans.registration.validate()?)
+    }
+
+    /// How clouds are centred.
+    ///
+    /// # Errors
+    /// The text is neither `box` nor `centroid`.
+    pub fn centring(&self) -> Result<Centring, ParameterError> {
+        let refuse = |()| ParameterError::new("centring", &self.centring, "box or centroid");
+        self.centring.parse().map_err(refuse)
+    }
+
+    fn check_ranges(&self) -> Result<(), ParameterError> {
+        let count = |name, value| in_range(name, value, 1..=1_000_000_usize, "");
+        count("specimens_per_class", self.specimens_per_class)?;
+        count(
+            "validation_specimens_per_class",
+            self.validation_specimens_per_class,
+        )?;
+        in_range("point_count", self.point_count, 8..=4096, "")?;
+        in_range("known_share", self.known_share, 0.0..=1.0, "")?;
+        let Architecture {
+            transformer_features,
+            features,
+            hidden,
+        } = self.architecture;
+        in_range("transformer_features", transformer_features, 2..=4096, "")?;
+        in_range("features", features, 2..=4096, "")?;
+        in_range("hidden", hidden, 1..=4096, "")?;
+        count("epochs", self.training.epochs)?;
+        count("batch_size", self.training.batch_size)?;
+        count("patience", self.training.patience)?;
+        in_range("learning_rate", self.training.learning_rate, 0.0..=1.0, "")?;
+        in_range("weight_decay", self.training.weight_decay, 0.0..=1.0, "")?;
+        in_range("view_count", self.scans.view_count, 1..=100, "")?;
+        in_range("table_share", self.scans.table_share, 0.0..=1.0, "")?;
+        in_range("undented_share", self.scans.undented_share, 0.0..=1.0, "")
+    }
+}
+
+/// A name for settings: 64-bit FNV-1a of their text.
+///
+/// # Errors
+/// They have no text.
+pub fn fingerprint(settings: &impl Serialize) -> Result<String> {
+    let text = serde_yaml::to_string(settings).context("cannot write settings")?;
+    let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    Ok(format!("{hash:016x}"))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_read_back_the_same() {
+        let settings = Settings::default();
+        settings.validate().unwrap();
+        let text = serde_yaml::to_string(&settings).unwrap();
+        assert_eq!(serde_yaml::from_str::<Settings>(&text).unwrap(), settings);
+    }
+
+    #[test]
+    fn refused_settings_are_named() {
+        let refusal = |change: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            change(&mut settings);
+            settings.validate().unwrap_err().to_string()
+        };
+        let message = refusal(|settings| settings.training.epochs = 0);
+        assert_eq!(
+            message,
+            "parameter epochs is 0; it must be from 1 to 1000000"
+        );
+        let message = refusal(|settings| settings.centring = "middle".to_owned());
+        assert_eq!(
+            message,
+            "parameter centring is middle; it must be box or centroid"
+        );
+        assert!(refusal(|settings| settings.training.learning_rate = f64::NAN).contains("NaN"));
+    }
+
+    #[test]
+    fn fingerprints_differ_with_the_settings() {
+        let (a, b) = (
+            Settings::default(),
+            Settings {
+                seed: 2,
+                ..Settings::default()
+            },
+        );
+        assert_eq!(fingerprint(&a).unwrap(), fingerprint(&a.clone()).unwrap());
+        assert_ne!(fingerprint(&a).unwrap(), fingerprint(&b).unwrap());
+    }
+}

@@ -1,0 +1,122 @@
+//! The tool on files, good and bad, as a user runs it.
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use nalgebra::Point3;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_classify_files"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn refusal(arguments: &[&str], exit_code: i32) -> String {
+    let output = run(arguments);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(exit_code), "{message}");
+    assert!(output.stdout.is_empty());
+    message
+}
+
+/// The upright wall of a cylinder with the size of a can, all round, in a file.
+fn can_file(folder: &TempDir, name: &str, unit_m: f32) -> PathBuf {
+    let (radius_m, height_m) = (0.0327, 0.127);
+    let points: Vec<Point3<f32>> = (0..64)
+        .flat_map(|turn| (0..64).map(move |level| (turn as f32, level as f32)))
+        .map(|(turn, level)| {
+            let (sin, cos) = (turn / 64.0 * std::f32::consts::TAU).sin_cos();
+            Point3::new(
+                radius_m * cos,
+                radius_m * sin,
+                0.3 + height_m * level / 63.0,
+            ) / unit_m
+        })
+        .collect();
+    let path = folder.path().join(name);
+    cloud::write_ply(&path, &points).unwrap();
+    path
+}
+
+#[test]
+fn json_has_what_the_contract_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a.ply", "b.ply"].map(|name| can_file(&folder, name, 1.0));
+    let [a, b] = [files[0].to_str().unwrap(), files[1].to_str().unwrap()];
+    let output = run(&["--json", a, b]);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(answer["label"].is_string() && answer["known"].is_boolean());
+    let probabilities = answer["probabilities"].as_object().unwrap();
+    let sum: f64 = probabilities.values().map(|p| p.as_f64().unwrap()).sum();
+    assert!((sum - 1.0).abs() < 1e-6 && probabilities.len() == 8);
+    for stage in ["register", "crop", "sample", "infer", "total"] {
+        assert!(
+            answer["timing_ms"][stage].as_f64().unwrap() >= 0.0,
+            "{stage}"
+        );
+    }
+    let views = answer["views"].as_array().unwrap();
+    assert_eq!(views.len(), 2);
+    for view in views {
+        assert!(view["fitness"].is_f64() && view["rmse_m"].is_f64());
+        assert!(view["iterations"].is_u64());
+        assert_eq!(view["transform"].as_array().unwrap().len(), 4);
+    }
+}
+
+#[test]
+fn millimetres_and_metres_give_the_same_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let label = |file: PathBuf, units: &str| {
+        let output = run(&["--json", "--units", units, file.to_str().unwrap()]);
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        answer["label"].as_str().unwrap().to_owned()
+    };
+    let metres = label(can_file(&folder, "m.ply", 1.0), "m");
+    assert_eq!(label(can_file(&folder, "mm.ply", 0.001), "mm"), metres);
+}
+
+#[test]
+fn wrong_usage_exits_with_2_and_says_what_is_wrong() {
+    assert!(refusal(&[], 2).contains("FILE"));
+    assert!(refusal(&["--up", "up", "x.ply"], 2).contains("\"up\" is no axis"));
+    assert!(refusal(&["--units", "inch", "x.ply"], 2).contains("inch"));
+    assert!(refusal(&["--provider", "cuda", "x.ply"], 2).contains("openvino"));
+    let message = refusal(&["--initial-guess", "kinematic", "x.ply"], 2);
+    assert!(message.contains("use identity"), "{message}");
+}
+
+#[test]
+fn what_cannot_be_classified_exits_with_1_and_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(refusal(&["/nowhere/a.ply"], 1).contains("/nowhere/a.ply"));
+    assert!(refusal(&["--model", "/nowhere/m.onnx", "x.ply"], 1).contains("/nowhere/m.onnx"));
+
+    let can = can_file(&folder, "can.ply", 1.0);
+    let can = can.to_str().unwrap();
+    let message = refusal(&["--keep-above", "5", can], 1);
+    assert!(
+        message.contains("nothing of the object is left"),
+        "{message}"
+    );
+    let message = refusal(&["--keep-above", "0.425", can], 1);
+    assert!(message.contains("points wanted of a cloud of"), "{message}");
+
+    let bytes = std::fs::read(can).unwrap();
+    let truncated = folder.path().join("truncated.ply");
+    std::fs::write(&truncated, &bytes[..bytes.len() / 2]).unwrap();
+    let message = refusal(&[truncated.to_str().unwrap()], 1);
+    assert!(
+        message.contains("truncated.ply: ends too early"),
+        "{message}"
+    );
+}

@@ -1,0 +1,111 @@
+//! Whole training runs, small ones.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use classifier::{Model, Provider};
+use training::run::{Results, Stage, run};
+use training::settings::Settings;
+
+fn small() -> Settings {
+    let mut settings = Settings {
+        specimens_per_class: 2,
+        validation_specimens_per_class: 1,
+        point_count: 32,
+        ..Settings::default()
+    };
+    settings.training.epochs = 2;
+    settings.scans.view_count = 2;
+    settings
+}
+
+fn run_in(folder: &Path, settings: &Settings) -> anyhow::Result<Results> {
+    run(
+        settings,
+        &folder.join("output"),
+        &folder.join("model.onnx"),
+        false,
+        |_| (),
+    )
+}
+
+#[test]
+fn a_run_writes_a_model_that_loads_and_a_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = run_in(folder.path(), &small()).unwrap();
+    let model = Model::load(&folder.path().join("model.onnx"), Provider::Cpu, "CPU").unwrap();
+    assert_eq!(model.metadata().run_id, results.run_id);
+    assert_eq!(model.metadata().point_count, 32);
+    assert_eq!(model.metadata().known_threshold, results.known_threshold);
+    assert_eq!(results.history.len(), 2);
+    let record = folder
+        .path()
+        .join("output")
+        .join(&results.run_id)
+        .join("run.yaml");
+    let record: serde_yaml::Value =
+        serde_yaml::from_slice(&std::fs::read(record).unwrap()).unwrap();
+    assert_eq!(record["settings"]["specimens_per_class"], 2);
+    assert!(record["results"]["validation_accuracy"].is_f64());
+}
+
+#[test]
+fn the_same_settings_give_the_same_file_and_another_seed_does_not() {
+    let bytes = |seed| {
+        let folder = tempfile::tempdir().unwrap();
+        run_in(folder.path(), &Settings { seed, ..small() }).unwrap();
+        std::fs::read(folder.path().join("model.onnx")).unwrap()
+    };
+    let first = bytes(1);
+    assert!(first == bytes(1), "two runs with the same settings differ");
+    assert!(first != bytes(2), "two seeds give the same model");
+}
+
+#[test]
+fn scans_are_made_once_for_the_same_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let scanned = |settings: &Settings, fresh| {
+        let scanned = Mutex::new(0);
+        let show = |stage| {
+            if matches!(stage, Stage::Scanned) {
+                *scanned.lock().unwrap() += 1;
+            }
+        };
+        let (output, model) = (
+            folder.path().join("output"),
+            folder.path().join("model.onnx"),
+        );
+        run(settings, &output, &model, fresh, show).unwrap();
+        scanned.into_inner().unwrap()
+    };
+    assert_eq!(scanned(&small(), false), 24);
+    let mut longer = small();
+    longer.training.epochs = 3;
+    assert_eq!(scanned(&longer, false), 0);
+    assert_eq!(scanned(&longer, true), 24);
+}
+
+#[test]
+fn a_failed_run_names_the_fault_and_leaves_the_model_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("model.onnx");
+    std::fs::write(&model, "before").unwrap();
+    let refusal = |settings: &Settings| {
+        let message = training::report::describe(&run_in(folder.path(), settings).unwrap_err());
+        assert_eq!(std::fs::read_to_string(&model).unwrap(), "before");
+        message
+    };
+    let mut large = small();
+    large.architecture.features = 500;
+    let message = refusal(&large);
+    assert!(
+        message.contains("at most 100000") && message.contains("fewer features"),
+        "{message}"
+    );
+    let mut steep = small();
+    steep.training.learning_rate = 1.0;
+    steep.training.augmentation.shift_m = f64::MAX;
+    let message = refusal(&steep);
+    assert!(message.contains("loss is not a number"), "{message}");
+}
