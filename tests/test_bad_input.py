@@ -86,17 +86,18 @@ def cloud(points, names='xyz', point_step=16):
     return PointCloud2(height=1, width=len(points), fields=fields, point_step=point_step, row_step=len(data), data=data)
 
 
-@pytest.mark.parametrize('points, options', [
-    ([], {}),
-    ([(0.0, 0.0, 0.0)] * 500, {}),
-    ([(float('nan'),) * 3] * 500, {}),
-    ([(0.1, 0.1, 0.1)] * 500, {'names': 'abc'}),
-    ([(0.1, 0.1, 0.1)] * 3, {}),
-], ids=['empty', 'zeros', 'nan', 'fields', 'few'])
-def test_bad_cloud_is_an_error_of_the_service(launch, points, options):
+@pytest.mark.parametrize('points, options, named', [
+    ([], {}, 'of a cloud of 0;'),
+    ([(0.0, 0.0, 0.0)] * 500, {}, 'of a cloud of 0;'),
+    ([(float('nan'),) * 3] * 500, {}, 'of a cloud of 0;'),
+    ([(0.1, 0.1, 0.1)] * 500, {'names': 'abc'}, "no field 'x' (it has: a, b, c)"),
+    ([(0.1, 0.1, 0.1)] * 500, {'point_step': 12, 'names': 'xyzw'}, ''),
+    ([(0.1, 0.1, 0.1)] * 3, {}, 'of a cloud of 3;'),
+], ids=['empty', 'zeros', 'nan', 'fields', 'extra', 'few'])
+def test_bad_cloud_is_an_error_of_the_service(launch, points, options, named):
     graph = launch('graph.launch', **ALONE)
     graph.wait_for_service('classify_cloud', timeout_s=30)
     before = graph.core.process_of('classifier')
-    response = graph.call('classify_cloud', cloud=cloud(points, **options))
-    assert response.result.error
+    error = graph.call('classify_cloud', cloud=cloud(points, **options)).result.error
+    assert named in error and bool(error) == bool(named), error
     assert graph.core.process_of('classifier') == before, 'the node died'

@@ -41,9 +41,12 @@ def test_one_id_runs_through_all_messages_of_a_scan(sim):
         assert response.error == ''
         ids.append(response.result.scan_id)
         of_scan = {topic: lambda message: message.scan_id == ids[-1] for topic in topics}
-        views = [listeners['views'].next(accept=of_scan['views']) for _ in range(VIEWS)]
-        assert [view.index for view in views] == list(range(VIEWS))
-        assert all(view.has_pose and view.hand_frame == 'left_hand' for view in views)
+        views = {}
+        while len(views) < VIEWS:
+            view = listeners['views'].next(accept=of_scan['views'])
+            views.setdefault(view.index, view)  # latched messages are said again each second
+        assert list(views) == list(range(VIEWS))
+        assert all(view.has_pose and view.hand_frame == 'left_hand' for view in views.values())
         complete = listeners['registered'].next(
             accept=lambda message: message.scan_id == ids[-1] and len(message.views) == VIEWS)
         assert all(view.accepted for view in complete.views), [view.reason for view in complete.views]
@@ -51,7 +54,7 @@ def test_one_id_runs_through_all_messages_of_a_scan(sim):
         assert (cut.error, cut.in_hand_frame, cut.header.frame_id) == ('', True, 'left_hand')
         answer = listeners['classification'].next(accept=of_scan['classification'])
         assert answer.label == response.result.label
-        assert answer.header.stamp == views[-1].header.stamp
+        assert answer.header.stamp == views[VIEWS - 1].header.stamp
     assert ids[0] != ids[1]
 
 

@@ -9,7 +9,7 @@ use sim_objects::ObjectClass;
 
 use crate::samples::Samples;
 use crate::scan::scan_specimen;
-use crate::setup::ScanParameters;
+use crate::scan_parameters::ScanParameters;
 
 /// How clouds are made ready for the network; the part of the model's metadata that is known before training.
 pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {

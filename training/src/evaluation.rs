@@ -10,7 +10,7 @@ use sim_objects::ObjectClass;
 use crate::dataset::simulate;
 use crate::metrics::Confusion;
 use crate::samples::Samples;
-use crate::setup::ScanParameters;
+use crate::scan_parameters::ScanParameters;
 use crate::trainer::most_probable;
 
 /// What was found.

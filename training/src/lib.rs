@@ -13,6 +13,7 @@ pub mod report;
 pub mod run;
 pub mod samples;
 pub mod scan;
+pub mod scan_parameters;
 pub mod settings;
 pub mod setup;
 pub mod trainer;

@@ -13,7 +13,8 @@ use roi_crop::{Crop, Cropper, Frame};
 use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
 use sim_objects::ObjectClass;
 
-use crate::setup::{ScanParameters, Setup};
+use crate::scan_parameters::ScanParameters;
+use crate::setup::Setup;
 
 /// The object's cloud, as it reaches the classifier.
 #[derive(Debug, Clone)]

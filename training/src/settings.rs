@@ -6,7 +6,7 @@ use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::network::Architecture;
-use crate::setup::ScanParameters;
+use crate::scan_parameters::ScanParameters;
 use crate::trainer::TrainingParameters;
 
 /// Everything that determines a run; the same settings give the same model.
@@ -37,7 +37,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 800,
+            specimens_per_class: 500,
             validation_specimens_per_class: 60,
             point_count: 128,
             centring: "box".to_owned(),

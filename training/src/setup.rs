@@ -7,78 +7,10 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
-use serde::{Deserialize, Serialize};
 use sim_camera::{NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
 use sim_objects::{Mesh, ObjectClass, Variation, dent};
 
-/// How scans vary. Lengths in m, angles in rad.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ScanParameters {
-    /// Views of a specimen.
-    pub view_count: usize,
-    /// Turn of the wrist from view to view.
-    pub view_step_rad: f64,
-    /// Share of scans of an object that stands on something instead of being held.
-    pub table_share: f64,
-    /// Share of specimens without a dent.
-    pub undented_share: f64,
-    /// Deepest dent.
-    pub squeeze_max_m: f64,
-    /// Largest lean of the wrist.
-    pub wrist_lean_rad: f64,
-    /// Largest lean of the object in the fingers.
-    pub grasp_lean_rad: f64,
-    /// Largest shift of the object in the fingers, along each axis.
-    pub grasp_shift_m: f64,
-    /// Lowest and highest elevation of the camera over a held object.
-    pub elevation_rad: [f64; 2],
-    /// Nearest and farthest distance of the camera from the object's axis.
-    pub distance_m: [f64; 2],
-    /// Largest error of the camera mount's direction.
-    pub mount_error_rad: f64,
-    /// Largest error of the camera mount's position.
-    pub mount_error_m: f64,
-    /// How views are registered.
-    pub registration: icp_registration::Parameters,
-}
-
-impl Default for ScanParameters {
-    fn default() -> Self {
-        Self {
-            view_count: 4,
-            view_step_rad: 0.6,
-            table_share: 0.25,
-            undented_share: 0.2,
-            squeeze_max_m: 0.014,
-            wrist_lean_rad: 0.10,
-            grasp_lean_rad: 0.03,
-            grasp_shift_m: 0.002,
-            elevation_rad: [-0.09, 0.70],
-            distance_m: [0.30, 0.55],
-            mount_error_rad: 0.035,
-            mount_error_m: 0.010,
-            registration: icp_registration::Parameters::default(),
-        }
-    }
-}
-
-impl ScanParameters {
-    /// Scans as in the demo: everything is where it is believed to be.
-    pub fn nominal() -> Self {
-        Self {
-            table_share: 0.0,
-            wrist_lean_rad: 0.0,
-            grasp_lean_rad: 0.0,
-            grasp_shift_m: 0.0,
-            elevation_rad: [0.25, 0.25],
-            distance_m: [0.40, 0.40],
-            mount_error_rad: 0.0,
-            mount_error_m: 0.0,
-            ..Self::default()
-        }
-    }
-}
+use crate::scan_parameters::ScanParameters;
 
 /// One scan's circumstances.
 #[derive(Debug, Clone)]

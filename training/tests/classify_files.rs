@@ -26,10 +26,10 @@ fn refusal(arguments: &[&str], exit_code: i32) -> String {
 /// The upright wall of a cylinder with the size of a can, all round, in a file.
 fn can_file(folder: &TempDir, name: &str, unit_m: f32) -> PathBuf {
     let (radius_m, height_m) = (0.0327, 0.127);
-    let points: Vec<Point3<f32>> = (0..64)
+    let points: Vec<Point3<f32>> = (0..48)
         .flat_map(|turn| (0..64).map(move |level| (turn as f32, level as f32)))
         .map(|(turn, level)| {
-            let (sin, cos) = (turn / 64.0 * std::f32::consts::TAU).sin_cos();
+            let (sin, cos) = (turn / 48.0 * std::f32::consts::TAU).sin_cos();
             Point3::new(
                 radius_m * cos,
                 radius_m * sin,
@@ -108,7 +108,7 @@ fn what_cannot_be_classified_exits_with_1_and_is_named() {
         message.contains("nothing of the object is left"),
         "{message}"
     );
-    let message = refusal(&["--keep-above", "0.425", can], 1);
+    let message = refusal(&["--keep-above", "0.4245", can], 1);
     assert!(message.contains("points wanted of a cloud of"), "{message}");
 
     let bytes = std::fs::read(can).unwrap();

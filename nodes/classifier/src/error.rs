@@ -29,7 +29,7 @@ pub enum MetadataError {
 #[derive(Debug, Error)]
 pub enum LoadError {
     /// The file cannot be read.
-    #[error("cannot read model {}: {source}", path.display())]
+    #[error("cannot read model {}", path.display())]
     Read {
         /// The model file.
         path: PathBuf,
@@ -73,7 +73,7 @@ pub enum LoadError {
         expected: String,
     },
     /// The metadata is incomplete or wrong.
-    #[error("model {}: {source}", path.display())]
+    #[error("model {}", path.display())]
     Metadata {
         /// The model file.
         path: PathBuf,
@@ -86,7 +86,7 @@ pub enum LoadError {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PreprocessError {
     /// The cloud has fewer points than the network takes, or one that is not finite.
-    #[error("the object cloud cannot be sampled: {0}")]
+    #[error("the object cloud cannot be sampled")]
     Sample(#[from] cloud::SampleError),
     /// The up direction has no direction.
     #[error("the up direction {0:?} has no length")]

@@ -10,6 +10,7 @@ mod model;
 mod preprocess;
 mod provider;
 mod runtime;
+mod session;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
 pub use metadata::{Centring, ModelMetadata};

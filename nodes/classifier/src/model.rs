@@ -4,16 +4,14 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Point3, Vector3};
-use ort::environment::Environment;
-use ort::ep::{ExecutionProviderDispatch, OpenVINO};
-use ort::session::{Session, builder::SessionBuilder};
-use ort::value::{Outlet, TensorElementType, TensorRef};
+use ort::session::Session;
+use ort::value::{Outlet, TensorElementType};
 
 use crate::error::{ClassifyError, LoadError};
 use crate::metadata::ModelMetadata;
 use crate::preprocess::preprocess;
 use crate::provider::Provider;
-use crate::runtime;
+use crate::{runtime, session};
 
 /// Largest accepted model file (paper, Sec. VI-B.3).
 pub const MAX_MODEL_BYTES: u64 = 100_000;
@@ -75,26 +73,25 @@ impl Model {
         // The CPU session judges the file, so that a fault of the file is never taken for a
         // fault of OpenVINO.
         let environment = runtime::environment()?;
-        let mut session = cpu_session(environment, &bytes).map_err(corrupt)?;
+        let mut session = session::cpu(environment, &bytes).map_err(corrupt)?;
         let metadata = checked_metadata(&session, path)?;
         let infer_blank = |session: &mut Session| {
             let blank = vec![0.0; 3 * metadata.point_count];
-            infer(session, &blank, &metadata).map_err(|error| error.to_string())
+            session::infer(session, &blank, metadata.point_count)
+                .map(|_| ())
+                .map_err(|error| error.to_string())
         };
         infer_blank(&mut session).map_err(corrupt)?;
         let mut running = Provider::Cpu.to_string();
         let mut fallback_reason = None;
         if provider == Provider::OpenVino {
-            let started = openvino_session(environment, &bytes, device)
-                .and_then(|mut session| infer_blank(&mut session).map(|_| session));
-            match started {
+            match session::openvino(environment, &bytes, device, infer_blank) {
                 Ok(openvino) => {
                     session = openvino;
                     running = format!("{provider}:{device}");
                 }
                 Err(reason) => {
-                    let reason = format!("{provider}:{device} cannot start: {reason}");
-                    fallback_reason = Some(reason);
+                    fallback_reason = Some(format!("{provider}:{device} cannot start: {reason}"));
                 }
             }
         }
@@ -133,7 +130,7 @@ impl Model {
         let start = Instant::now();
         let input = preprocess(points, up, &self.metadata)?;
         let sampled = Instant::now();
-        let log_probabilities = infer(&mut self.session, &input, &self.metadata)?;
+        let log_probabilities = self.infer(&input)?;
         let timing = Timing {
             sample: sampled - start,
             infer: sampled.elapsed(),
@@ -146,7 +143,7 @@ impl Model {
     /// # Errors
     /// The network failed.
     pub fn infer(&mut self, input: &[f32]) -> Result<Vec<f32>, ClassifyError> {
-        infer(&mut self.session, input, &self.metadata)
+        session::infer(&mut self.session, input, self.metadata.point_count)
     }
 }
 
@@ -165,39 +162,6 @@ fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
         });
     }
     std::fs::read(path).map_err(unreadable)
-}
-
-fn cpu_session(environment: &Environment, bytes: &[u8]) -> Result<Session, String> {
-    let build = || builder(environment)?.commit_from_memory(bytes);
-    build().map_err(|error: ort::Error| error.to_string())
-}
-
-fn openvino_session(
-    environment: &Environment,
-    bytes: &[u8],
-    device: &str,
-) -> Result<Session, String> {
-    let openvino: ExecutionProviderDispatch = OpenVINO::default()
-        .with_device_type(device)
-        .with_num_threads(1)
-        .build()
-        .error_on_failure();
-    let build = || {
-        builder(environment)?
-            .with_execution_providers([openvino])?
-            // Else a network that OpenVINO refuses would run on the CPU under OpenVINO's name.
-            .with_disable_cpu_fallback()?
-            .commit_from_memory(bytes)
-    };
-    build().map_err(|error: ort::Error| error.to_string())
-}
-
-/// One thread without spinning: the network takes microseconds, and the cores have other work.
-fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
-    let builder = Session::builder(environment)?
-        .with_intra_threads(1)?
-        .with_intra_op_spinning(false)?;
-    Ok(builder)
 }
 
 fn checked_metadata(session: &Session, path: &Path) -> Result<ModelMetadata, LoadError> {
@@ -246,23 +210,6 @@ fn check_outlet(
     })
 }
 
-fn infer(
-    session: &mut Session,
-    input: &[f32],
-    metadata: &ModelMetadata,
-) -> Result<Vec<f32>, ClassifyError> {
-    let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
-    let shape = [1, 3, metadata.point_count];
-    let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
-    let outputs = session
-        .run(ort::inputs![INPUT_NAME => points])
-        .map_err(failed)?;
-    let (_, log_probabilities) = outputs[OUTPUT_NAME]
-        .try_extract_tensor::<f32>()
-        .map_err(failed)?;
-    Ok(log_probabilities.to_vec())
-}
-
 fn answer(
     log_probabilities: &[f32],
     metadata: &ModelMetadata,
@@ -274,7 +221,8 @@ fn answer(
         .collect();
     let sum: f64 = raw.iter().sum();
     // The network ends in a log-softmax: only a damaged file gives anything but a sum of 1.
-    if raw.len() != metadata.labels.len() || !((sum - 1.0).abs() < 1e-3) {
+    let sums_to_one = (sum - 1.0).abs() < 1e-3;
+    if raw.len() != metadata.labels.len() || !sums_to_one {
         return Err(ClassifyError::Output(format!("{log_probabilities:?}")));
     }
     let probabilities: Vec<f64> = raw.iter().map(|value| value / sum).collect();

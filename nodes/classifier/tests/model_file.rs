@@ -1,11 +1,10 @@
 //! Models that load, and files that must be refused by name.
 #![allow(clippy::unwrap_used)]
 
+use std::error::Error;
 use std::path::PathBuf;
 
-use classifier::{
-    Axis, Centring, ClassifyError, LoadError, Model, ModelMetadata, Provider, preprocess,
-};
+use classifier::{Centring, ClassifyError, LoadError, Model, ModelMetadata, Provider, preprocess};
 use nalgebra::{Point3, Vector3};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 use tempfile::TempDir;
@@ -86,7 +85,16 @@ fn load_with(fault: &Fault) -> Result<Model, LoadError> {
 }
 
 fn refusal(fault: &Fault) -> String {
-    load_with(fault).unwrap_err().to_string()
+    described(&load_with(fault).unwrap_err())
+}
+
+/// An error and its causes, as the programs print it.
+fn described(error: &(dyn Error + 'static)) -> String {
+    let causes = std::iter::successors(Some(error), |&error| error.source());
+    causes
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join(": ")
 }
 
 /// Five points spread along `direction`, 20 cm from end to end.
@@ -166,16 +174,13 @@ fn too_few_points_and_points_that_are_not_finite_are_refused() {
     let mut points = stick(Vector3::z());
     let refused = model.classify(&points[..3], &Vector3::z()).unwrap_err();
     assert!(matches!(refused, ClassifyError::Preprocess(_)));
-    let message = refused.to_string();
+    let message = described(&refused);
     assert!(
         message.contains("4 points wanted of a cloud of 3"),
         "{message}"
     );
     points[2].y = f32::NAN;
-    let message = model
-        .classify(&points, &Vector3::z())
-        .unwrap_err()
-        .to_string();
+    let message = described(&model.classify(&points, &Vector3::z()).unwrap_err());
     assert!(
         message.contains("point 2") && message.contains("NaN"),
         "{message}"
@@ -185,11 +190,7 @@ fn too_few_points_and_points_that_are_not_finite_are_refused() {
 
 #[test]
 fn missing_empty_large_and_corrupt_files_are_named() {
-    let load = |path: &PathBuf| {
-        Model::load(path, Provider::Cpu, "CPU")
-            .unwrap_err()
-            .to_string()
-    };
+    let load = |path: &PathBuf| described(&Model::load(path, Provider::Cpu, "CPU").unwrap_err());
     let missing = PathBuf::from("/nowhere/model.onnx");
     assert!(load(&missing).contains("cannot read model /nowhere/model.onnx"));
     let good = model_bytes(&Fault::default());
@@ -277,6 +278,16 @@ fn openvino_answers_as_the_cpu_does() {
     for (a, b) in expected.iter().zip(&found) {
         assert!((a - b).abs() < 1e-4, "{expected:?} {found:?}");
     }
+}
+
+#[test]
+fn openvino_can_choose_the_device() {
+    let (_folder, path) = write(&model_bytes(&Fault::default()));
+    let model = Model::load(&path, Provider::OpenVino, "AUTO").unwrap();
+    assert_eq!(
+        (model.provider(), model.fallback_reason()),
+        ("openvino:AUTO", None)
+    );
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub enum RegisterError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// What.
-    #[error("view {index}: {source}")]
+    #[error("view {index}")]
     View {
         /// From 0.
         index: usize,

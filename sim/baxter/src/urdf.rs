@@ -62,7 +62,7 @@ impl Limits {
 #[derive(Debug, thiserror::Error)]
 pub enum UrdfError {
     /// Not XML.
-    #[error("the robot description is not XML: {0}")]
+    #[error("the robot description is not XML")]
     Xml(#[from] roxmltree::Error),
     /// An element lacks a child or an attribute.
     #[error("joint `{joint}` of the robot description lacks `{what}`")]

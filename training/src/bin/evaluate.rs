@@ -8,7 +8,7 @@ use clap::Parser;
 use classifier::{Model, Provider};
 use indicatif::ProgressBar;
 use sim_objects::ObjectClass;
-use training::setup::ScanParameters;
+use training::scan_parameters::ScanParameters;
 use training::{evaluation, files, report};
 
 /// Measures a model on simulated scans that it was not trained on.

@@ -25,7 +25,7 @@ pub enum FileError {
         extension: String,
     },
     /// The system refused to read it.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -59,7 +59,7 @@ pub enum FileError {
         reason: String,
     },
     /// The system refused to write it. What was there before is still there.
-    #[error("{}: cannot be written: {source}", path.display())]
+    #[error("{}: cannot be written", path.display())]
     Write {
         /// The file.
         path: PathBuf,

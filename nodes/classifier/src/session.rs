@@ -1,0 +1,91 @@
+//! Sessions of ONNX Runtime.
+
+use ort::environment::Environment;
+use ort::ep::{ExecutionProviderDispatch, OpenVINO};
+use ort::session::{Session, builder::SessionBuilder};
+use ort::value::TensorRef;
+
+use crate::error::ClassifyError;
+use crate::model::{INPUT_NAME, OUTPUT_NAME};
+
+/// A session on ONNX Runtime's own code.
+pub fn cpu(environment: &Environment, bytes: &[u8]) -> Result<Session, String> {
+    let build = || builder(environment)?.commit_from_memory(bytes);
+    build().map_err(|error: ort::Error| error.to_string())
+}
+
+/// A session on OpenVINO that has passed `try_out`.
+pub fn openvino(
+    environment: &Environment,
+    bytes: &[u8],
+    device: &str,
+    try_out: impl Fn(&mut Session) -> Result<(), String>,
+) -> Result<Session, String> {
+    let start = |device: &str| {
+        let mut session = on_device(environment, bytes, device)?;
+        try_out(&mut session).map(|()| session)
+    };
+    first_ok(openvino_devices(device).into_iter().map(start))
+}
+
+/// OpenVINO's AUTO must be told what to choose from, and refuses a list with a device that is not there.
+fn openvino_devices(device: &str) -> Vec<&str> {
+    match device {
+        "AUTO" => vec!["AUTO:GPU,CPU", "AUTO:CPU"],
+        device => vec![device],
+    }
+}
+
+fn on_device(environment: &Environment, bytes: &[u8], device: &str) -> Result<Session, String> {
+    let openvino: ExecutionProviderDispatch = OpenVINO::default()
+        .with_device_type(device)
+        .with_num_threads(1)
+        .build()
+        .error_on_failure();
+    let build = || {
+        builder(environment)?
+            .with_execution_providers([openvino])?
+            // Else a network that OpenVINO refuses would run on the CPU under OpenVINO's name.
+            .with_disable_cpu_fallback()?
+            .commit_from_memory(bytes)
+    };
+    build().map_err(|error: ort::Error| error.to_string())
+}
+
+/// The first success, or else the last error.
+fn first_ok<T>(attempts: impl Iterator<Item = Result<T, String>>) -> Result<T, String> {
+    let mut last = Err("nothing was tried".to_owned());
+    for attempt in attempts {
+        last = attempt;
+        if last.is_ok() {
+            break;
+        }
+    }
+    last
+}
+
+/// One thread without spinning: the network takes microseconds, and the cores have other work.
+fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
+    let builder = Session::builder(environment)?
+        .with_intra_threads(1)?
+        .with_intra_op_spinning(false)?;
+    Ok(builder)
+}
+
+/// Runs the network: `input` [3, N] to [C] log-probabilities.
+pub fn infer(
+    session: &mut Session,
+    input: &[f32],
+    point_count: usize,
+) -> Result<Vec<f32>, ClassifyError> {
+    let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
+    let shape = [1, 3, point_count];
+    let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
+    let outputs = session
+        .run(ort::inputs![INPUT_NAME => points])
+        .map_err(failed)?;
+    let (_, log_probabilities) = outputs[OUTPUT_NAME]
+        .try_extract_tensor::<f32>()
+        .map_err(failed)?;
+    Ok(log_probabilities.to_vec())
+}
