@@ -32,7 +32,7 @@ impl CustomOp2 for BiasRelu {
         let (x, bias) = (values(x, x_l)?, values(bias, b_l)?);
         let mut result = Vec::with_capacity(x.len());
         for row in x.chunks_exact(bias.len()) {
-            result.extend(row.iter().zip(bias).map(|(x, b)| (x + b).max(0.0)));
+            result.extend(row.iter().zip(bias).map(|(x, b)| relu(x + b)));
         }
         Ok((CpuStorage::F32(result), x_l.shape().clone()))
     }
@@ -63,6 +63,11 @@ impl CustomOp2 for BiasRelu {
         let bias_grad = Tensor::from_vec(bias_grad, bias.shape(), x.device())?;
         Ok((Some(x_grad), Some(bias_grad)))
     }
+}
+
+/// Unlike `f32::max` it does not turn a NaN into 0, which would hide that training went wrong.
+fn relu(value: f32) -> f32 {
+    if value < 0.0 { 0.0 } else { value }
 }
 
 struct Pool;
