@@ -28,7 +28,7 @@ class Wrist:
         rospy.wait_for_service('rotate_wrist', 20)
         self.turn = rospy.ServiceProxy('rotate_wrist', RotateWrist)
         wait_until(lambda: self.angle_rad is not None, 10, 'joint states')
-        wait_until(lambda: self.turn(self.angle_rad).success, 10, 'a healthy robot')
+        wait_until(lambda: self.turn(0.0).success, 10, 'a healthy robot')
         self.commands.all()
 
     def _note(self, message):

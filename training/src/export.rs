@@ -65,16 +65,8 @@ pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
         &[("perm", Attribute::Ints(&[0, 2, 1]))],
     );
     graph.constants_of_products();
-    let products = graph.products("clouds");
-    let summary = graph.pooled_features(&network.transform_points, &products);
-    let hidden = graph.relu_layer(&network.transform_head[0], &summary);
-    let turn = graph.layer(&network.transform_head[1], &hidden);
-    let turn = graph.reshape(&turn, &[-1, 3, 3]);
-    let shift = graph.layer(&network.transform_shift, &hidden);
-    let shift = graph.reshape(&shift, &[-1, 1, 3]);
-    graph.0.node("MatMul", &["clouds", &turn], "turned", &[]);
-    graph.0.node("Add", &["turned", &shift], "placed", &[]);
-    let products = graph.products("placed");
+    let placed = graph.transformed(network, "clouds");
+    let products = graph.products(&placed);
     let summary = graph.pooled_features(&network.points, &products);
     let hidden = graph.relu_layer(&network.head[0], &summary);
     let logits = graph.layer(&network.head[1], &hidden);
@@ -142,6 +134,20 @@ impl Graph {
         let output = format!("{}.output", layer.name);
         self.0.node("Relu", &[&sum], &output, &[]);
         output
+    }
+
+    /// The spatial transformer: the points in the frame that it chooses.
+    fn transformed(&mut self, network: &Network, clouds: &str) -> String {
+        let products = self.products(clouds);
+        let summary = self.pooled_features(&network.transform_points, &products);
+        let hidden = self.relu_layer(&network.transform_head[0], &summary);
+        let turn = self.layer(&network.transform_head[1], &hidden);
+        let turn = self.reshape(&turn, &[-1, 3, 3]);
+        let shift = self.layer(&network.transform_shift, &hidden);
+        let shift = self.reshape(&shift, &[-1, 1, 3]);
+        self.0.node("MatMul", &[clouds, &turn], "turned", &[]);
+        self.0.node("Add", &["turned", &shift], "placed", &[]);
+        "placed".to_owned()
     }
 
     fn reshape(&mut self, input: &str, shape: &[i64]) -> String {

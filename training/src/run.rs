@@ -184,8 +184,8 @@ fn dataset(
     show: &(impl Fn(Stage) + Sync),
 ) -> Result<[Samples; 2]> {
     let counts = [
-        settings.specimens_per_class,
-        settings.validation_specimens_per_class,
+        settings.specimen_counts(),
+        [settings.validation_specimens_per_class; ObjectClass::ALL.len()],
     ];
     let determining = (
         settings.seed,
@@ -194,23 +194,21 @@ fn dataset(
         &settings.centring,
         &settings.scans,
     );
-    let path = output
-        .join(format!("dataset-{}", fingerprint(&determining)?))
-        .join("clouds.npz");
+    let folder = output.join(format!("dataset-{}", fingerprint(&determining)?));
+    let path = folder.join("clouds.npz");
     if path.is_file() && !fresh {
         let (train, validation) = read_npz(&path)?;
         return Ok([train, validation]);
     }
     show(Stage::Scanning {
-        specimens: counts.iter().sum::<usize>() * ObjectClass::ALL.len(),
+        specimens: counts.iter().flatten().sum(),
     });
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let mut part = |count| {
-        simulate(count, &settings.scans, metadata, random.random(), || {
-            show(Stage::Scanned)
-        })
+    let mut part = |counts| {
+        let finished = || show(Stage::Scanned);
+        simulate(counts, &settings.scans, metadata, random.random(), finished)
     };
-    let (train, validation) = (part(counts[0])?, part(counts[1])?);
+    let (train, validation) = (part(&counts[0])?, part(&counts[1])?);
     write_npz(&path, &train, &validation)?;
     Ok([train, validation])
 }

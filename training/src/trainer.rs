@@ -98,22 +98,67 @@ pub fn train(
         weight_decay: parameters.weight_decay,
         ..ParamsAdamW::default()
     };
-    let mut optimizer = AdamW::new(network.variables(), settings)?;
+    let optimizer = AdamW::new(network.variables(), settings)?;
+    let mut fit = Fit {
+        network,
+        train,
+        metres_per_unit,
+        parameters,
+        optimizer,
+        epoch: 0,
+        step: 0,
+    };
     let mut order: Vec<usize> = (0..train.len()).collect();
     let mut history: Vec<EpochReport> = Vec::new();
     let mut best = (f64::INFINITY, 0, network.snapshot()?);
-    let steps = parameters.epochs * train.len().div_ceil(parameters.batch_size);
-    let mut step = 0;
-    for epoch in 1..=parameters.epochs {
+    while fit.epoch < parameters.epochs && fit.epoch - best.1 < parameters.patience {
         order.shuffle(random);
+        let learned = fit.epoch(&order, random, &mut observe)?;
+        let found = evaluate(network, validation, metres_per_unit)?;
+        let report = report(fit.epoch, &learned, &found, best.0);
+        if report.best {
+            best = (report.validation_loss, fit.epoch, network.snapshot()?);
+        }
+        history.push(report);
+        observe(Event::Epoch(report))?;
+    }
+    network.restore(&best.2)?;
+    Ok(history)
+}
+
+/// Training under way.
+struct Fit<'a> {
+    network: &'a Network,
+    train: &'a Samples,
+    metres_per_unit: f64,
+    parameters: &'a TrainingParameters,
+    optimizer: AdamW,
+    epoch: usize,
+    step: usize,
+}
+
+impl Fit<'_> {
+    /// One pass over the clouds in this order.
+    fn epoch(
+        &mut self,
+        order: &[usize],
+        random: &mut Pcg64Mcg,
+        observe: &mut impl FnMut(Event) -> Result<()>,
+    ) -> Result<Tally> {
+        self.epoch += 1;
+        let epoch = self.epoch;
+        let (batch_size, highest) = (self.parameters.batch_size, self.parameters.learning_rate);
+        let steps = self.parameters.epochs * order.len().div_ceil(batch_size);
         let mut tally = Tally::default();
-        for indices in order.chunks(parameters.batch_size) {
-            let progress = f64::from(step) / steps as f64;
-            optimizer.set_learning_rate(learning_rate(parameters.learning_rate, progress));
-            let change = (&parameters.augmentation, Pcg64Mcg::from_rng(random));
-            let (gradients, part) = gradients(network, train, indices, metres_per_unit, change)?;
-            optimizer.step(&gradients)?;
-            step += 1;
+        for indices in order.chunks(batch_size) {
+            let progress = self.step as f64 / steps as f64;
+            self.optimizer
+                .set_learning_rate(learning_rate(highest, progress));
+            let change = (&self.parameters.augmentation, Pcg64Mcg::from_rng(random));
+            let scale = self.metres_per_unit;
+            let (gradients, part) = gradients(self.network, self.train, indices, scale, change)?;
+            self.optimizer.step(&gradients)?;
+            self.step += 1;
             tally.add(part);
             let (loss, accuracy) = (tally.loss(), tally.accuracy());
             ensure!(
@@ -126,23 +171,8 @@ pub fn train(
                 accuracy,
             })?;
         }
-        let report = report(
-            epoch,
-            &tally,
-            &evaluate(network, validation, metres_per_unit)?,
-            best.0,
-        );
-        if report.best {
-            best = (report.validation_loss, epoch, network.snapshot()?);
-        }
-        history.push(report);
-        observe(Event::Epoch(report))?;
-        if epoch - best.1 >= parameters.patience {
-            break;
-        }
+        Ok(tally)
     }
-    network.restore(&best.2)?;
-    Ok(history)
 }
 
 /// Gradients of the mean loss of some clouds. They are worked on in parts, side by side.

@@ -6,7 +6,8 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use crate::error::PreprocessError;
 use crate::metadata::{Centring, ModelMetadata};
 
-/// Makes the network's input from an object's cloud: samples N points, turns `up` to +z, moves the cloud to the origin and divides by the model's fixed length.
+/// Makes the network's input from an object's cloud: samples N points, turns `up` to +z, moves the
+/// cloud to the origin and divides by the model's fixed length.
 ///
 /// `points` in metres; `up` in their frame, of any length. Returns [3, N] row-major: all x, all
 /// y, all z. The same cloud always gives the same input.

@@ -71,7 +71,7 @@ impl Default for Parameters {
             transform_deadline_s: 1.0,
             answer_deadline_s: 5.0,
             rest_tolerance_rad: 0.01,
-            rest_dwell_s: 0.25,
+            rest_dwell_s: 0.1,
             separation_rad: 0.1,
             scan_at_start: false,
         }

@@ -62,7 +62,7 @@ impl Default for ScanPose {
             left_e1: 1.603,
             left_w0: -1.209,
             left_w1: 1.686,
-            left_w2: 0.0,
+            left_w2: 1.25,
         };
         Self {
             left_arm_rad,

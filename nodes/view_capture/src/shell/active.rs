@@ -12,6 +12,9 @@ use std::time::Duration;
 use tokio::sync::{Mutex, broadcast, watch};
 use view_capture::{Parameters, plan};
 
+/// How long a scan waits for somebody to look at its views: a node that has just started again is soon there.
+const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
+
 /// Makes one scan at a time. Clones share it.
 #[derive(Clone)]
 pub struct Scanner {
@@ -87,6 +90,7 @@ impl Scanner {
     ) -> anyhow::Result<Classification> {
         let mut answers = self.answers.subscribe();
         let count = angles_rad.len() as u32;
+        self.output.wait_for_listener(LISTENER_PATIENCE).await?;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
             let place = Place {
                 scan_id: scan_id.into(),

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use node::{Clock, Latch, Node, Publisher, Transforms};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use view_capture::Parameters;
 
 /// The publishers of views. Clones share them.
@@ -63,6 +63,19 @@ impl Output {
             clouds: node.publish("views/cloud", 4, Latch::Yes)?,
             clock: node.clock(),
         })
+    }
+
+    /// Waits until somebody listens to the views, so that the first one is not lost.
+    pub async fn wait_for_listener(&self, patience: Duration) -> anyhow::Result<()> {
+        let deadline = Instant::now() + patience;
+        while !self.views.is_subscribed() {
+            anyhow::ensure!(
+                Instant::now() < deadline,
+                "nobody listens to 'views' (waited {patience:.1?}); is icp_registration running?"
+            );
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        Ok(())
     }
 
     /// Publishes a view, and its cloud alone where somebody looks at it.
