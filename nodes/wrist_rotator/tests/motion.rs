@@ -22,7 +22,9 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let kinematics = Kinematics::baxter().unwrap();
-        let robot = Robot::new(&Default::default(), &kinematics).unwrap();
+        let mut parameters = sim_baxter::Parameters::default();
+        parameters.scan_pose.left_arm_rad.left_w2 = 0.0;
+        let robot = Robot::new(&parameters, &kinematics).unwrap();
         let mut monitor = Monitor::new(Side::Left);
         monitor.other_publishers(Some(vec![]));
         let stamp = Duration::from_secs(1_000);

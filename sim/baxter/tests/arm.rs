@@ -9,7 +9,9 @@ const RAW_POSITION: i32 = 4;
 const W2: usize = 6;
 const W2_VELOCITY_MAX_RAD_S: f64 = 4.0;
 
-fn robot(parameters: Parameters) -> Robot {
+/// A robot whose W2 starts at 0.
+fn robot(mut parameters: Parameters) -> Robot {
+    parameters.scan_pose.left_arm_rad.left_w2 = 0.0;
     parameters.validate().unwrap();
     let kinematics = Kinematics::baxter().unwrap();
     Robot::new(&parameters, &kinematics).unwrap()
