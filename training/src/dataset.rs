@@ -26,23 +26,23 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
     }
 }
 
-/// Scans as many specimens of each class as `counts` says, in the order of [`ObjectClass::ALL`], on all cores. `finished` is called after each specimen.
+/// Scans `specimens_per_class` specimens of each class, on all cores. `finished` is called after each specimen.
 ///
 /// The same arguments give the same clouds in the same order.
 ///
 /// # Errors
 /// Settings that a node refuses.
 pub fn simulate(
-    counts: &[usize; ObjectClass::ALL.len()],
+    specimens_per_class: usize,
     parameters: &ScanParameters,
     metadata: &ModelMetadata,
     seed: u64,
     finished: impl Fn() + Sync,
 ) -> Result<Samples> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let classes = ObjectClass::ALL.into_iter().zip(counts).enumerate();
+    let classes = ObjectClass::ALL.into_iter().enumerate();
     let specimens: Vec<(usize, ObjectClass, u64)> = classes
-        .flat_map(|(label, (class, &count))| (0..count).map(move |_| (label, class)))
+        .flat_map(|(label, class)| (0..specimens_per_class).map(move |_| (label, class)))
         .map(|(label, class)| (label, class, random.random()))
         .collect();
     let parts: Vec<Result<Samples>> = specimens

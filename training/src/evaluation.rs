@@ -57,8 +57,7 @@ pub fn evaluate(
         metadata.labels.join(", "),
         names.join(", ")
     );
-    let counts = [specimens_per_class; ObjectClass::ALL.len()];
-    let samples = simulate(&counts, parameters, &metadata, seed, finished)?;
+    let samples = simulate(specimens_per_class, parameters, &metadata, seed, finished)?;
     let mut counts = Counts::new(&metadata.labels);
     for index in 0..samples.len() {
         let answer = model.infer(&samples.input(index, metadata.metres_per_unit))?;

@@ -36,7 +36,7 @@ impl Default for Architecture {
     fn default() -> Self {
         Self {
             transformer_features: 48,
-            features: 112,
+            features: 96,
             hidden: 48,
         }
     }

@@ -184,8 +184,8 @@ fn dataset(
     show: &(impl Fn(Stage) + Sync),
 ) -> Result<[Samples; 2]> {
     let counts = [
-        settings.specimen_counts(),
-        [settings.validation_specimens_per_class; ObjectClass::ALL.len()],
+        settings.specimens_per_class,
+        settings.validation_specimens_per_class,
     ];
     let determining = (
         settings.seed,
@@ -201,14 +201,14 @@ fn dataset(
         return Ok([train, validation]);
     }
     show(Stage::Scanning {
-        specimens: counts.iter().flatten().sum(),
+        specimens: counts.iter().sum::<usize>() * ObjectClass::ALL.len(),
     });
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let mut part = |counts| {
+    let mut part = |count| {
         let finished = || show(Stage::Scanned);
-        simulate(counts, &settings.scans, metadata, random.random(), finished)
+        simulate(count, &settings.scans, metadata, random.random(), finished)
     };
-    let (train, validation) = (part(&counts[0])?, part(&counts[1])?);
+    let (train, validation) = (part(counts[0])?, part(counts[1])?);
     write_npz(&path, &train, &validation)?;
     Ok([train, validation])
 }

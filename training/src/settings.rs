@@ -4,7 +4,6 @@ use anyhow::{Context, Result};
 use classifier::Centring;
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
-use sim_objects::ObjectClass;
 
 use crate::network::Architecture;
 use crate::scan_parameters::ScanParameters;
@@ -18,8 +17,6 @@ pub struct Settings {
     pub seed: u64,
     /// Specimens of each class to train on.
     pub specimens_per_class: usize,
-    /// How many times as many of the two small balls, which differ by little more than a millimetre.
-    pub small_ball_factor: usize,
     /// Specimens of each class to choose the best epoch by.
     pub validation_specimens_per_class: usize,
     /// N, points of a cloud that the network sees.
@@ -40,9 +37,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 400,
-            small_ball_factor: 4,
-            validation_specimens_per_class: 40,
+            specimens_per_class: 500,
+            validation_specimens_per_class: 60,
             point_count: 128,
             centring: "box".to_owned(),
             known_share: 0.95,
@@ -71,16 +67,6 @@ impl Settings {
     pub fn centring(&self) -> Result<Centring, ParameterError> {
         let refuse = |()| ParameterError::new("centring", &self.centring, "box or centroid");
         self.centring.parse().map_err(refuse)
-    }
-
-    /// Specimens of each class to train on.
-    pub fn specimen_counts(&self) -> [usize; ObjectClass::ALL.len()] {
-        ObjectClass::ALL.map(|class| match class {
-            ObjectClass::TinyBall | ObjectClass::SmallBall => {
-                self.specimens_per_class * self.small_ball_factor
-            }
-            _ => self.specimens_per_class,
-        })
     }
 
     fn check_ranges(&self) -> Result<(), ParameterError> {

@@ -11,7 +11,6 @@ use training::settings::Settings;
 fn small() -> Settings {
     let mut settings = Settings {
         specimens_per_class: 2,
-        small_ball_factor: 1,
         validation_specimens_per_class: 1,
         point_count: 32,
         ..Settings::default()
