@@ -45,6 +45,7 @@ def test_a_forged_length_does_not_abort(start, elements):
 
 def test_a_call_ends_by_its_deadline(start, core):
     MuteService('/rotate_wrist')
+    start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
@@ -52,7 +53,16 @@ def test_a_call_ends_by_its_deadline(start, core):
     assert 'rotate_wrist did not answer within 1.0s' in response.error
 
 
+def test_a_scan_that_nobody_listens_to_is_not_begun(start):
+    start('view_capture', _use_tf='false')
+    rospy.wait_for_service('scan_object', 10)
+    from deformable_cobot.srv import ScanObject
+    response = within(10, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    assert "nobody listens to 'views'" in response.error
+
+
 def test_an_absent_service_is_named(start):
+    start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
