@@ -129,3 +129,13 @@ def test_a_node_starts_again_on_the_parameters_it_wrote_back(start, core):
     rospy.wait_for_service('scan_object', 10)
     assert second.running()
     assert core.output('rosparam', 'get', '/view_capture/view_count').strip() == '3'
+
+
+def test_a_command_link_is_left_alone(start):
+    """Dialling a silent command topic again would lose the command that comes meanwhile."""
+    from baxter_core_msgs.msg import JointCommand
+    publisher = BrokenPublisher('/robot/limb/left/joint_command', JointCommand)
+    start('sim_baxter')
+    wait_until(lambda: publisher.dialled == 1, 10, 'link')
+    rospy.sleep(12)
+    assert publisher.dialled == 1

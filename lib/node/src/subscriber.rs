@@ -31,7 +31,13 @@ impl Expect {
         queue: 16,
         silence_max: Duration::from_millis(3500),
     };
-    /// Commands and streams that may be silent for good; dialled again now and then.
+    /// Commands, which are silent while nothing is to be done. Never dialled again: a command that comes meanwhile would
+    /// be lost, and nobody repeats it.
+    pub const COMMANDS: Self = Self {
+        queue: 64,
+        silence_max: Duration::MAX,
+    };
+    /// Latched topics of others, which need not repeat them; dialled again now and then.
     pub const SPORADIC: Self = Self {
         queue: 64,
         silence_max: Duration::from_secs(10),

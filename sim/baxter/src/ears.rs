@@ -193,7 +193,7 @@ fn on<T: msg::Message>(
     act: impl Fn(&mut Robot, T) + Send + Sync + 'static,
 ) -> anyhow::Result<Subscriber> {
     let simulation = simulation.clone();
-    node.subscribe(topic, Expect::SPORADIC, move |message: T| {
+    node.subscribe(topic, Expect::COMMANDS, move |message: T| {
         act(&mut simulation.now(), message)
     })
 }
