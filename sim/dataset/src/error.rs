@@ -1,0 +1,236 @@
+//! What can go wrong, with what to do about it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use sim_deform::denter::DentError;
+use sim_objects::file::FileError;
+use sim_reconstruct::ReconstructError;
+
+use crate::shard::Shard;
+
+/// Why a dataset was not made, or not merged.
+#[derive(Debug, thiserror::Error)]
+pub enum DatasetError {
+    /// Each object has a folder of its own name.
+    #[error("two sources are called '{name}': rename one of the files")]
+    SameName {
+        /// The common name.
+        name: String,
+    },
+    /// The file's stem cannot be a folder's name beside the dataset's own files.
+    #[error(
+        "'{name}' cannot name an object: rename the file to letters, digits, '-', '_' and inner dots"
+    )]
+    BadName {
+        /// The file's stem.
+        name: String,
+    },
+    /// A settings file that says nothing usable.
+    #[error("settings {file}: {reason}")]
+    Settings {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The object has too few grasps.
+    #[error(
+        "{object} can be grasped in {grasps} ways, which gives {meshes_max} meshes, and {count} were asked for: \
+         ask for --count {meshes_max} or fewer"
+    )]
+    CountTooLarge {
+        /// The object.
+        object: String,
+        /// Grasps that the gripper accepts.
+        grasps: usize,
+        /// Meshes that these give.
+        meshes_max: usize,
+        /// Meshes asked for.
+        count: usize,
+    },
+    /// A scan that cannot be read, or a mesh that cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A scan of which no mesh can be made.
+    #[error("{object}: {source}")]
+    Reconstruct {
+        /// The object.
+        object: String,
+        /// Why.
+        source: ReconstructError,
+    },
+    /// A size that no graspable object has.
+    #[error("{object} is {size_m:.4} m long, and 0.01 to 1 m is expected: see --units")]
+    Size {
+        /// The object.
+        object: String,
+        /// Its longest extent, m.
+        size_m: f32,
+    },
+    /// A mesh that cannot be dented.
+    #[error("{object}: {source}")]
+    Dent {
+        /// The object.
+        object: String,
+        /// Why.
+        source: DentError,
+    },
+    /// The system refused something.
+    #[error("cannot {doing} {path}: {source}")]
+    Io {
+        /// What was tried: a verb.
+        doing: &'static str,
+        /// With which file or folder.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A table or record that is not as this program writes it.
+    #[error("{path} is damaged ({reason}): use another --out")]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A plot could not be drawn.
+    #[error("cannot draw {path}: {reason}")]
+    Plot {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// Two runs in one folder.
+    #[error("another run is at work in {folder}: wait for its end, or use another --out")]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder with something else in it.
+    #[error("{folder} holds {found} and no run.yaml, so it is no dataset: use another --out")]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+        /// The first thing found there.
+        found: String,
+    },
+    /// A dataset made in another way.
+    #[error(
+        "{folder} holds a dataset made in another way: {}; use another --out, or the same settings",
+        differences.join("; ")
+    )]
+    Differs {
+        /// The folder.
+        folder: PathBuf,
+        /// Each as "what: there, here".
+        differences: Vec<String>,
+    },
+    /// A failure after the work began.
+    #[error(
+        "{cause}\n{done} of {total} meshes are finished and kept: the same command goes on from there"
+    )]
+    Halted {
+        /// Meshes finished, with those of earlier runs.
+        done: usize,
+        /// Meshes wanted.
+        total: usize,
+        /// What happened.
+        cause: Box<DatasetError>,
+    },
+    /// Asked to stop by a signal.
+    #[error("stopped by a signal")]
+    Stopped,
+    /// Parts that do not make a whole.
+    #[error(transparent)]
+    Merge(#[from] MergeError),
+}
+
+/// Why parts do not make a whole.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeError {
+    /// A folder that holds a whole dataset.
+    #[error("{part} is no part: it was made without --shard")]
+    NoPart {
+        /// The folder.
+        part: PathBuf,
+    },
+    /// A part still in the making.
+    #[error("{part} (shard {shard}) is not finished: run its command again")]
+    Unfinished {
+        /// The folder.
+        part: PathBuf,
+        /// Which part it is.
+        shard: Shard,
+    },
+    /// Parts of two datasets.
+    #[error("{first} and {second} are parts of different datasets: {}", differences.join("; "))]
+    Differ {
+        /// A folder.
+        first: PathBuf,
+        /// Another.
+        second: PathBuf,
+        /// Each as "what: in the first, in the second".
+        differences: Vec<String>,
+    },
+    /// One part twice.
+    #[error("{first} and {second} are both shard {shard}: leave one out")]
+    Overlap {
+        /// A folder.
+        first: PathBuf,
+        /// Another.
+        second: PathBuf,
+        /// Which part they are.
+        shard: Shard,
+    },
+    /// Parts that were not given.
+    #[error("missing: shard {}", shards.join(", "))]
+    Gap {
+        /// Which.
+        shards: Vec<String>,
+    },
+    /// A part that lost something.
+    #[error("{part} lacks {missing}: run its command again")]
+    Incomplete {
+        /// The folder.
+        part: PathBuf,
+        /// What is missing.
+        missing: String,
+    },
+    /// The destination is in use.
+    #[error("{out} holds a dataset already: use another --out")]
+    Occupied {
+        /// The folder.
+        out: PathBuf,
+    },
+}
+
+impl DatasetError {
+    /// Whether other arguments are the remedy, not another state of the machine.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::SameName { .. }
+                | Self::BadName { .. }
+                | Self::Settings { .. }
+                | Self::CountTooLarge { .. }
+        )
+    }
+
+    /// Turns the system's refusal into an error that says what was tried with which file.
+    pub(crate) fn io(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io {
+            doing,
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    pub(crate) fn damaged(path: &Path, reason: &dyn std::fmt::Display) -> Self {
+        Self::Damaged {
+            path: path.to_path_buf(),
+            reason: reason.to_string(),
+        }
+    }
+}

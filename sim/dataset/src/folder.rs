@@ -1,0 +1,259 @@
+//! The folder of a dataset, whole or a part.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use serde_yaml::Value;
+
+use crate::error::DatasetError;
+use crate::journal::Journal;
+use crate::manifest::{Row, from_csv, to_csv};
+use crate::record::differences;
+use crate::shard::Shard;
+
+const MANIFEST: &str = "manifest.csv";
+const JOURNAL: &str = "manifest.unfinished.csv";
+const RECORD: &str = "run.yaml";
+const SHARD: &str = "shard.yaml";
+/// Files in the making begin so; those of a run that was killed are removed by the next.
+const UNFINISHED: &str = ".unfinished-";
+
+/// Rows by object and number.
+pub type Rows = BTreeMap<(String, usize), Row>;
+
+/// The folder of a dataset.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    root: PathBuf,
+}
+
+impl Folder {
+    /// Of this name; nothing is touched.
+    pub fn at(root: &Path) -> Self {
+        Self {
+            root: root.to_path_buf(),
+        }
+    }
+
+    /// Its name.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The folder of an object's meshes.
+    pub fn object(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+
+    /// One row a mesh; there when the dataset is finished.
+    pub fn manifest(&self) -> PathBuf {
+        self.root.join(MANIFEST)
+    }
+
+    /// What determines the dataset.
+    pub fn record(&self) -> PathBuf {
+        self.root.join(RECORD)
+    }
+
+    /// Whether a run in it has not come to its end.
+    pub fn is_unfinished(&self) -> bool {
+        self.root.join(JOURNAL).exists()
+    }
+
+    /// Begins a dataset or goes on with it; others are kept out as long as the journal lives.
+    ///
+    /// # Errors
+    /// The folder holds something else, another run is at work in it, or the file system refuses.
+    pub fn open(&self, record: &str, shard: Option<Shard>) -> Result<Journal, DatasetError> {
+        fs::create_dir_all(&self.root).map_err(DatasetError::io("make", &self.root))?;
+        let journal = Journal::open(&self.root.join(JOURNAL))?;
+        if let Err(error) = self.claim(record, shard) {
+            // Nothing of ours stays in a folder that was refused.
+            if journal.is_empty() {
+                journal.remove()?;
+            }
+            return Err(error);
+        }
+        Ok(journal)
+    }
+
+    /// Compares with the record that is there, or writes it.
+    fn claim(&self, record: &str, shard: Option<Shard>) -> Result<(), DatasetError> {
+        self.sweep()?;
+        if self.record().exists() {
+            return self.compare(record, shard);
+        }
+        if let Some(found) = self.foreign()? {
+            return Err(DatasetError::Foreign {
+                folder: self.root.clone(),
+                found,
+            });
+        }
+        let path = self.root.join(SHARD);
+        if let Some(shard) = shard {
+            write(&path, format!("shard: {shard}\n").as_bytes())?;
+        } else if path.exists() {
+            fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
+        }
+        // Last: with it the folder is claimed.
+        write(&self.record(), record.as_bytes())
+    }
+
+    fn compare(&self, record: &str, shard: Option<Shard>) -> Result<(), DatasetError> {
+        let path = self.record();
+        let parse = |text: &str| -> Result<Value, DatasetError> {
+            serde_yaml::from_str(text).map_err(|error| DatasetError::damaged(&path, &error))
+        };
+        let mut found = differences(&parse(&self.read_record()?)?, &parse(record)?);
+        let (there, here) = (self.shard()?, shard);
+        if there != here {
+            let name = |shard: Option<Shard>| shard.map_or("none".to_owned(), String::from);
+            found.push(format!("shard: {} there, {} here", name(there), name(here)));
+        }
+        if found.is_empty() {
+            return Ok(());
+        }
+        Err(DatasetError::Differs {
+            folder: self.root.clone(),
+            differences: found,
+        })
+    }
+
+    /// The text of run.yaml.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read_record(&self) -> Result<String, DatasetError> {
+        let path = self.record();
+        fs::read_to_string(&path).map_err(DatasetError::io("read", &path))
+    }
+
+    /// Writes run.yaml.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn write_record(&self, record: &str) -> Result<(), DatasetError> {
+        write(&self.record(), record.as_bytes())
+    }
+
+    /// Which part it is; `None` for a whole dataset.
+    ///
+    /// # Errors
+    /// The file that says so cannot be read.
+    pub fn shard(&self) -> Result<Option<Shard>, DatasetError> {
+        let path = self.root.join(SHARD);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(DatasetError::io("read", &path)(error)),
+        };
+        let parsed: BTreeMap<String, Shard> =
+            serde_yaml::from_str(&text).map_err(|error| DatasetError::damaged(&path, &error))?;
+        let shard = parsed.get("shard").copied();
+        shard
+            .map(Some)
+            .ok_or_else(|| DatasetError::damaged(&path, &"it names no shard"))
+    }
+
+    /// Rows of the finished dataset; `None` while it is not finished.
+    ///
+    /// # Errors
+    /// The manifest cannot be read.
+    pub fn rows(&self) -> Result<Option<Vec<Row>>, DatasetError> {
+        let path = self.manifest();
+        match fs::read(&path) {
+            Ok(text) => {
+                let rows = from_csv(&text).map_err(|error| DatasetError::damaged(&path, &error))?;
+                Ok(Some(rows))
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(DatasetError::io("read", &path)(error)),
+        }
+    }
+
+    /// Writes manifest.csv.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn write_rows(&self, rows: &[Row]) -> Result<(), DatasetError> {
+        let path = self.manifest();
+        let text = to_csv(rows, true).map_err(|error| DatasetError::damaged(&path, &error))?;
+        write(&path, &text)
+    }
+
+    /// Removes manifest.csv: the dataset is no longer finished.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn remove_rows(&self) -> Result<(), DatasetError> {
+        let path = self.manifest();
+        fs::remove_file(&path).map_err(DatasetError::io("remove", &path))
+    }
+
+    /// Removes what a killed run left half-written, here and in the folders of the objects.
+    fn sweep(&self) -> Result<(), DatasetError> {
+        for (name, path) in list(&self.root)? {
+            if name.starts_with(UNFINISHED) {
+                fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Something that does not come from a run that was killed before it wrote its record.
+    fn foreign(&self) -> Result<Option<String>, DatasetError> {
+        let ours = |name: &str| name == JOURNAL || name == SHARD;
+        let found = list(&self.root)?.into_iter().find(|(name, _)| !ours(name));
+        Ok(found.map(|(name, _)| name))
+    }
+
+    /// Whether it is not there yet, or empty.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn is_vacant(&self) -> Result<bool, DatasetError> {
+        Ok(!self.root.exists() || list(&self.root)?.is_empty())
+    }
+}
+
+fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>, DatasetError> {
+    let entries = fs::read_dir(folder).map_err(DatasetError::io("read", folder))?;
+    let mut found = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(DatasetError::io("read", folder))?;
+        found.push((entry.file_name().to_string_lossy().into(), entry.path()));
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// A file in the making, beside its later place.
+pub(crate) fn unfinished(path: &Path, end: &str) -> Result<tempfile::NamedTempFile, DatasetError> {
+    tempfile::Builder::new()
+        .prefix(UNFINISHED)
+        .suffix(end)
+        // As the user's umask has it, not for this user alone.
+        .permissions(fs::Permissions::from_mode(0o666))
+        .tempfile_in(path.parent().unwrap_or(Path::new(".")))
+        .map_err(DatasetError::io("write", path))
+}
+
+/// Puts a file in its place, whole and on the disk.
+pub(crate) fn put(file: tempfile::NamedTempFile, path: &Path) -> Result<(), DatasetError> {
+    let written = file.as_file().sync_all();
+    written
+        .and_then(|()| file.persist(path).map_err(|error| error.error))
+        .map(|_| ())
+        .map_err(DatasetError::io("write", path))
+}
+
+/// Writes a file whole or not at all.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
+    let mut file = unfinished(path, "")?;
+    file.write_all(bytes)
+        .map_err(DatasetError::io("write", path))?;
+    put(file, path)
+}

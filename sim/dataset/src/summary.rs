@@ -1,0 +1,98 @@
+//! What a run did, for people and programs.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::folder::Folder;
+use crate::manifest::Row;
+
+/// What is in the folder now, and what the run did for it.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    /// The folder.
+    pub out: PathBuf,
+    /// One row a mesh.
+    pub manifest: PathBuf,
+    /// What determines the dataset.
+    pub record: PathBuf,
+    /// Losses by intensity: of each object, and of all.
+    pub plots: Vec<PathBuf>,
+    /// Meshes in the folder.
+    pub meshes: usize,
+    /// Meshes that earlier runs had finished.
+    pub kept: usize,
+    /// Meshes of this run.
+    pub made: usize,
+    /// Meshes dented less than asked.
+    pub clamped: usize,
+    /// Meshes that could not be dented at all.
+    pub refused: usize,
+    /// Time of this run.
+    pub seconds: f64,
+    /// Meshes of this run a second.
+    pub meshes_per_second: f64,
+    /// Most memory of this process, MiB; `None` where the system does not say.
+    pub peak_memory_mib: Option<f64>,
+}
+
+impl Summary {
+    /// Counts what the rows say; `kept` of them are from earlier runs.
+    pub fn new(
+        folder: &Folder,
+        rows: &[Row],
+        plots: Vec<PathBuf>,
+        kept: usize,
+        time: Duration,
+    ) -> Self {
+        let made = rows.len() - kept;
+        let seconds = time.as_secs_f64();
+        let refused = rows.iter().filter(|row| row.applied_mm == 0.0).count();
+        let lowered = rows.iter().filter(|row| row.applied_mm < row.asked_mm);
+        Self {
+            out: folder.root().to_path_buf(),
+            manifest: folder.manifest(),
+            record: folder.record(),
+            plots,
+            meshes: rows.len(),
+            kept,
+            made,
+            clamped: lowered.count() - refused,
+            refused,
+            seconds,
+            meshes_per_second: made as f64 / seconds,
+            peak_memory_mib: peak_memory_mib(),
+        }
+    }
+
+    /// A few lines for people.
+    pub fn to_text(&self) -> String {
+        let kept = match self.kept {
+            0 => String::new(),
+            kept => format!(", {kept} of earlier runs"),
+        };
+        let memory = self.peak_memory_mib;
+        let memory = memory.map_or(String::new(), |mib| format!("; {mib:.0} MiB at most"));
+        format!(
+            "{} meshes in {}: {} in {:.1} s ({:.1} a second){kept}{memory}\n\
+             {} were dented less than asked, {} not at all\n",
+            self.meshes,
+            self.out.display(),
+            self.made,
+            self.seconds,
+            self.meshes_per_second,
+            self.clamped,
+            self.refused,
+        )
+    }
+}
+
+fn peak_memory_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kib / 1024.0)
+}
