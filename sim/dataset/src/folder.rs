@@ -24,6 +24,12 @@ const UNFINISHED: &str = ".unfinished-";
 /// Rows by object and number.
 pub type Rows = BTreeMap<(String, usize), Row>;
 
+/// Rows by their keys; of two with the same, the later.
+pub fn keyed(rows: Vec<Row>) -> Rows {
+    let key = |row: &Row| (row.object.clone(), row.n);
+    rows.into_iter().map(|row| (key(&row), row)).collect()
+}
+
 /// The folder of a dataset.
 #[derive(Debug, Clone)]
 pub struct Folder {

@@ -16,6 +16,7 @@ pub mod object;
 pub mod plan;
 pub mod plot;
 pub mod record;
+pub mod run;
 pub mod settings;
 pub mod shard;
 pub mod summary;

@@ -1,0 +1,220 @@
+//! The work on one folder: which units are finished, the making of the others, the end.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::ThreadPool;
+
+use crate::error::DatasetError;
+use crate::folder::{Folder, Rows, keyed};
+use crate::generate::{Order, Progress};
+use crate::journal::Journal;
+use crate::manifest::Row;
+use crate::object::Object;
+use crate::plan::{ObjectPlan, Unit, file_name};
+use crate::plot;
+
+/// A dataset in the making.
+pub struct Run<'a> {
+    order: &'a Order,
+    objects: &'a [Object],
+    plans: &'a [ObjectPlan],
+    folder: Folder,
+}
+
+impl<'a> Run<'a> {
+    /// Of objects with their plans.
+    pub fn new(
+        order: &'a Order,
+        objects: &'a [Object],
+        plans: &'a [ObjectPlan],
+        folder: Folder,
+    ) -> Self {
+        Self {
+            order,
+            objects,
+            plans,
+            folder,
+        }
+    }
+
+    /// Where it is made.
+    pub fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// Meshes of all units of this shard.
+    pub fn mesh_count(&self) -> usize {
+        self.units().map(|unit| unit.meshes.len()).sum()
+    }
+
+    fn units(&self) -> impl Iterator<Item = &Unit> {
+        let plans = self.plans.iter();
+        plans.flat_map(|plan| plan.units(self.order.shard))
+    }
+
+    fn mesh_path(&self, unit: &Unit, n: usize) -> PathBuf {
+        let folder = self.folder.object(&self.objects[unit.object].name);
+        folder.join(file_name(n, self.plans[unit.object].meshes))
+    }
+
+    fn key(&self, unit: &Unit, n: usize) -> (String, usize) {
+        (self.objects[unit.object].name.clone(), n)
+    }
+
+    /// Rows of the units that earlier runs have finished, whose meshes are all there. They stay in the journal, or in
+    /// the manifest where nothing is missing.
+    ///
+    /// # Errors
+    /// The journal or the manifest cannot be read.
+    pub fn finished(&self, journal: &mut Journal) -> Result<Rows, DatasetError> {
+        let manifest = self.folder.rows()?;
+        let known = match &manifest {
+            Some(rows) => keyed(rows.clone()),
+            None => keyed(journal.rows()?),
+        };
+        let mut rows = Rows::new();
+        for unit in self.units() {
+            let keys = unit.meshes.clone().map(|n| self.key(unit, n));
+            let of_unit: Option<Vec<Row>> = keys.map(|key| known.get(&key).cloned()).collect();
+            let is_there = |n| is_mesh(&self.mesh_path(unit, n));
+            if unit.meshes.clone().all(is_there) {
+                rows.extend(keyed(of_unit.unwrap_or_default()));
+            }
+        }
+        // Of a finished dataset, meshes were removed: it becomes an unfinished one.
+        if manifest.is_some() && rows.len() < self.mesh_count() {
+            journal.clear()?;
+            journal.append(&self.in_order(&rows))?;
+            self.folder.remove_rows()?;
+        }
+        Ok(rows)
+    }
+
+    /// Makes the units that have no rows yet, and adds theirs.
+    ///
+    /// # Errors
+    /// A mesh cannot be made or written, or `stop` became true.
+    pub fn make(
+        &self,
+        pool: &ThreadPool,
+        journal: Journal,
+        rows: &mut Rows,
+        stop: &AtomicBool,
+        show: &(dyn Fn(Progress) + Sync),
+    ) -> Result<Journal, DatasetError> {
+        let is_left = |unit: &&Unit| !rows.contains_key(&self.key(unit, unit.meshes.start));
+        let left: Vec<&Unit> = self.units().filter(is_left).collect();
+        self.make_folders()?;
+        let next = AtomicUsize::new(0);
+        let failure = Mutex::new(None);
+        let written = Mutex::new((journal, rows));
+        let work = || {
+            while lock(&failure).is_none() {
+                let Some(unit) = left.get(next.fetch_add(1, Ordering::Relaxed)) else {
+                    break;
+                };
+                let made = match stop.load(Ordering::Relaxed) {
+                    true => Err(DatasetError::Stopped),
+                    false => self.make_unit(unit),
+                };
+                let kept = made.and_then(|made| {
+                    let (journal, rows) = &mut *lock(&written);
+                    journal.append(&made)?;
+                    rows.extend(keyed(made));
+                    Ok(unit.meshes.len())
+                });
+                match kept {
+                    Ok(meshes) => show(Progress::Made { meshes }),
+                    Err(error) => {
+                        lock(&failure).get_or_insert(error);
+                    }
+                }
+            }
+        };
+        // Each thread takes units in turn; at the end those without one help the others with theirs.
+        pool.broadcast(|_| work());
+        match unlocked(failure) {
+            Some(error) => Err(error),
+            None => Ok(unlocked(written).0),
+        }
+    }
+
+    fn make_folders(&self) -> Result<(), DatasetError> {
+        for object in self.objects {
+            let folder = self.folder.object(&object.name);
+            fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
+        }
+        Ok(())
+    }
+
+    /// Makes the meshes of one grasp; those that are there already are not written again.
+    fn make_unit(&self, unit: &Unit) -> Result<Vec<Row>, DatasetError> {
+        let object = &self.objects[unit.object];
+        let asked_m = &self.order.settings.intensities_m[..unit.meshes.len()];
+        let dents =
+            object
+                .denter
+                .dent(&unit.grasp, asked_m)
+                .map_err(|source| DatasetError::Dent {
+                    object: object.name.clone(),
+                    source,
+                })?;
+        let mut rows = Vec::with_capacity(dents.len());
+        for (n, dent) in unit.meshes.clone().zip(&dents) {
+            let path = self.mesh_path(unit, n);
+            if !is_mesh(&path) {
+                sim_objects::file::write_ply(&path, &dent.mesh, 0.001)?;
+            }
+            rows.push(Row::new(object, unit, n, dent, self.order.seed));
+        }
+        Ok(rows)
+    }
+
+    /// Draws the plots and, last, writes the manifest: where it is, all is. Returns the plots.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(&self, rows: &Rows, journal: Journal) -> Result<Vec<PathBuf>, DatasetError> {
+        let names = self.objects.iter().map(|object| object.name.as_str());
+        let plots = match self.order.shard {
+            None => plot::paths(&self.folder, names),
+            Some(_) => Vec::new(),
+        };
+        let is_whole = self.folder.manifest().exists() && plots.iter().all(|plot| plot.exists());
+        if !is_whole {
+            let rows = self.in_order(rows);
+            if !plots.is_empty() {
+                plot::draw_all(&self.folder, &rows)?;
+            }
+            self.folder.write_rows(&rows)?;
+        }
+        journal.remove()?;
+        Ok(plots)
+    }
+
+    /// By object, in the order of the sources, then by number.
+    pub fn in_order(&self, rows: &Rows) -> Vec<Row> {
+        let of = |object: &Object| {
+            let name = object.name.clone();
+            let range = (name.clone(), 0)..=(name, usize::MAX);
+            rows.range(range).map(|(_, row)| row.clone())
+        };
+        self.objects.iter().flat_map(of).collect()
+    }
+}
+
+/// Meshes appear whole; but a crash of the machine can leave a file of this name without its bytes.
+fn is_mesh(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|file| file.len() > 0)
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn unlocked<T>(mutex: Mutex<T>) -> T {
+    mutex.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
