@@ -13,7 +13,7 @@ pub mod voxel;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-pub use file::{FileError, read, write_pcd, write_ply};
+pub use file::{FileError, Surface, read, read_surface, write_pcd, write_ply};
 pub use neighbours::Tree;
 pub use sample::{SampleError, farthest_points};
 pub use voxel::VoxelError;

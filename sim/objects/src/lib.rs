@@ -1,4 +1,4 @@
-//! The eight objects of the paper as parametric triangle meshes, and a simple dent.
+//! The eight objects of the paper as parametric triangle meshes, a simple dent, and files of scans and meshes.
 //!
 //! All lengths are metres. Object frame: origin at the centre of the bottom, +z up. Every mesh is a
 //! closed surface of revolution (cups have an outer and an inner wall), oriented outward.
@@ -14,6 +14,7 @@
 
 mod class;
 mod dent;
+pub mod file;
 mod mesh;
 mod profile;
 mod variation;

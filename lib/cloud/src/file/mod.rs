@@ -1,6 +1,7 @@
 //! Clouds in PLY and PCD files.
 //!
-//! Only points count: colours, normals and faces are read over. Coordinates keep the file's unit.
+//! [`read`] takes only the points, [`read_surface`] also normals and faces; colours and the like are read over.
+//! Coordinates keep the file's unit.
 
 mod pcd;
 mod ply;
@@ -9,7 +10,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::Cloud;
 
@@ -76,14 +77,50 @@ enum Fault {
     Malformed(String),
 }
 
-/// Reads all points of a file's bytes.
-type Parse = fn(&[u8]) -> Result<Vec<Point3<f32>>, Fault>;
+/// All that a file says about a surface, unchecked but for the indices.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surface {
+    /// All points, also those that are not finite, in the file's order and unit.
+    pub points: Vec<Point3<f32>>,
+    /// One a point, of any length; `None` where the file has none.
+    pub normals: Option<Vec<Vector3<f32>>>,
+    /// Indices into `points`. Faces of more corners are cut into fans, those of fewer are left out.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a file holds, before its faces are checked.
+#[derive(Debug, Default)]
+struct Raw {
+    points: Vec<Point3<f32>>,
+    normals: Option<Vec<Vector3<f32>>>,
+    faces: Vec<Vec<i64>>,
+}
+
+/// Reads all that counts of a file's bytes.
+type Parse = fn(&[u8]) -> Result<Raw, Fault>;
 
 /// Reads a cloud; `.ply` (ASCII, binary of either byte order) or `.pcd` (ASCII, binary, compressed) by extension.
 ///
 /// Points that are not finite or at (0, 0, 0) are dropped and counted.
 pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
+    let (_, raw) = read_raw(path.as_ref())?;
+    Ok(Cloud::clean(raw.points))
+}
+
+/// Reads points, normals and faces of the same files; a face that names a point that is not there is refused.
+pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
     let path = path.as_ref();
+    let (format, raw) = read_raw(path)?;
+    let triangles = triangulated(&raw.faces, raw.points.len())
+        .map_err(|fault| name_fault(path, format, fault))?;
+    Ok(Surface {
+        points: raw.points,
+        normals: raw.normals,
+        triangles,
+    })
+}
+
+fn read_raw(path: &Path) -> Result<(&'static str, Raw), FileError> {
     let extension = path
         .extension()
         .map(|extension| extension.to_string_lossy().to_lowercase())
@@ -102,8 +139,26 @@ pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
         path: path.to_owned(),
         source,
     })?;
-    let points = parse(&bytes).map_err(|fault| name_fault(path, format, fault))?;
-    Ok(Cloud::clean(points))
+    let raw = parse(&bytes).map_err(|fault| name_fault(path, format, fault))?;
+    Ok((format, raw))
+}
+
+/// Cuts polygons into fans about their first corner.
+fn triangulated(faces: &[Vec<i64>], point_count: usize) -> Result<Vec<[u32; 3]>, Fault> {
+    let mut triangles = Vec::with_capacity(faces.len());
+    for (number, face) in faces.iter().enumerate() {
+        let is_there = |index: i64| usize::try_from(index).is_ok_and(|index| index < point_count);
+        if let Some(index) = face.iter().find(|&&index| !is_there(index)) {
+            return Err(Fault::Malformed(format!(
+                "face {number} names vertex {index}, of vertices 0 to {}",
+                point_count as i64 - 1
+            )));
+        }
+        let corners: Vec<u32> = face.iter().map(|&index| index as u32).collect();
+        triangles
+            .extend((2..corners.len()).map(|last| [corners[0], corners[last - 1], corners[last]]));
+    }
+    Ok(triangles)
 }
 
 /// Writes points as binary little-endian PLY. The file is replaced whole or not at all.

@@ -2,32 +2,49 @@
 
 use std::io::{Cursor, ErrorKind};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use pcd_rs::{
-    DataKind, DynReader, DynRecord, DynWriter, Error, Field, PcdMeta, Schema, ValueKind, ViewPoint,
-    WriterInit,
+    DataKind, DynReader, DynRecord, DynWriter, Error, Field, FieldDef, PcdMeta, Schema, ValueKind,
+    ViewPoint, WriterInit,
 };
 
-use super::{Fault, one_line};
+use super::{Fault, Raw, one_line};
 
-/// The points of a whole PCD file, in its order.
-pub(super) fn parse(bytes: &[u8]) -> Result<Vec<Point3<f32>>, Fault> {
+/// The points of a whole PCD file, in its order, and their normals where it has them.
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let mut data = bytes;
     let meta = PcdMeta::from_reader(&mut data).map_err(fault)?;
-    let axes = axes(&meta)?;
+    let fields = fields(&meta);
+    let axes = places(&fields, ["x", "y", "z"]).ok_or_else(|| {
+        let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
+        Fault::NoCoordinates(format!("[{}]", names.join(", ")))
+    })?;
+    let normal_axes = places(&fields, ["normal_x", "normal_y", "normal_z"]);
     check_size(&meta, data)?;
 
-    let reader = DynReader::from_reader(Cursor::new(bytes)).map_err(fault)?;
-    reader
-        .map(|record| {
-            let record = record.map_err(fault)?;
-            let coordinate = |axis| record.0.get(axis).and_then(number);
-            match axes.map(coordinate) {
-                [Some(x), Some(y), Some(z)] => Ok(Point3::new(x, y, z)),
-                _ => Err(Fault::NoCoordinates(format!("{record:?}"))),
-            }
-        })
-        .collect()
+    let mut points = Vec::new();
+    let mut normals = normal_axes.map(|_| Vec::new());
+    for record in DynReader::from_reader(Cursor::new(bytes)).map_err(fault)? {
+        let record = record.map_err(fault)?;
+        let missing = || Fault::NoCoordinates(format!("{record:?}"));
+        points.push(numbers(&record, axes).ok_or_else(missing)?.into());
+        if let (Some(axes), Some(normals)) = (normal_axes, &mut normals) {
+            normals.push(Vector3::from(numbers(&record, axes).ok_or_else(missing)?));
+        }
+    }
+    Ok(Raw {
+        points,
+        normals,
+        faces: Vec::new(),
+    })
+}
+
+/// The numbers at three places of a record.
+fn numbers(record: &DynRecord, places: [usize; 3]) -> Option<[f32; 3]> {
+    match places.map(|place| record.0.get(place).and_then(number)) {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
+    }
 }
 
 /// A binary PCD file of these points.
@@ -61,24 +78,22 @@ pub(super) fn encode(points: &[Point3<f32>]) -> Result<Vec<u8>, Fault> {
     Ok(bytes.into_inner())
 }
 
-/// Where x, y, z stand in a record, which has no padding fields.
-fn axes(meta: &PcdMeta) -> Result<[usize; 3], Fault> {
-    let fields: Vec<_> = meta
-        .field_defs
-        .iter()
-        .filter(|field| !field.is_padding())
-        .collect();
-    let position = |axis: &str| {
+/// The fields of a record, which has no padding fields.
+fn fields(meta: &PcdMeta) -> Vec<&FieldDef> {
+    let fields = meta.field_defs.iter();
+    fields.filter(|field| !field.is_padding()).collect()
+}
+
+/// Where three numbers stand in a record; `None` where one is missing.
+fn places(fields: &[&FieldDef], names: [&str; 3]) -> Option<[usize; 3]> {
+    let place = |name: &str| {
         fields
             .iter()
-            .position(|field| field.name == axis && field.count == 1)
+            .position(|field| field.name == name && field.count == 1)
     };
-    match ["x", "y", "z"].map(position) {
-        [Some(x), Some(y), Some(z)] => Ok([x, y, z]),
-        _ => {
-            let names: Vec<_> = fields.iter().map(|field| field.name.as_str()).collect();
-            Err(Fault::NoCoordinates(format!("[{}]", names.join(", "))))
-        }
+    match names.map(place) {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
     }
 }
 

@@ -4,37 +4,51 @@ use std::borrow::Cow;
 use std::io::{Cursor, ErrorKind};
 use std::iter;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 
-use super::{Fault, one_line};
+use super::{Fault, Raw, one_line};
 
-/// The vertices of a whole PLY file, in its order. Faces are read too: a file that ends among them was cut.
-pub(super) fn parse(bytes: &[u8]) -> Result<Vec<Point3<f32>>, Fault> {
+/// The vertices and faces of a whole PLY file, in its order.
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let bytes = &*with_readable_numbers(bytes);
     let mut reader = Reader::new(Cursor::new(bytes));
     let vertices = Parser::<Vertex>::new();
+    let faces = Parser::<Face>::new();
     let others = Parser::<Ignored>::new();
     let header = vertices.read_header(&mut reader).map_err(fault)?;
     check(&header, bytes.len())?;
 
-    let mut points = Vec::new();
+    let mut raw = Raw::default();
     for element in header.elements.values() {
-        if element.name == VERTEX {
-            let read = vertices
-                .read_payload_for_element(&mut reader, element, &header)
-                .map_err(fault)?;
-            points.extend(read.into_iter().map(|vertex| Point3::from(vertex.0)));
-        } else {
-            others
-                .read_payload_for_element(&mut reader, element, &header)
-                .map_err(fault)?;
+        match element.name.as_str() {
+            VERTEX => {
+                let read = vertices
+                    .read_payload_for_element(&mut reader, element, &header)
+                    .map_err(fault)?;
+                raw.points = read.iter().map(Vertex::point).collect();
+                raw.normals = NORMAL
+                    .into_iter()
+                    .all(|axis| is_scalar(element, axis))
+                    .then(|| read.iter().map(Vertex::normal).collect());
+            }
+            FACE => {
+                let read = faces
+                    .read_payload_for_element(&mut reader, element, &header)
+                    .map_err(fault)?;
+                raw.faces = read.into_iter().map(|face| face.0).collect();
+            }
+            _ => {
+                others
+                    .read_payload_for_element(&mut reader, element, &header)
+                    .map_err(fault)?;
+            }
         }
     }
-    Ok(points)
+    Ok(raw)
 }
 
 /// A binary little-endian PLY file of these points.
@@ -55,7 +69,9 @@ pub(super) fn encode(points: &[Point3<f32>]) -> Vec<u8> {
 }
 
 const VERTEX: &str = "vertex";
+const FACE: &str = "face";
 const AXES: [&str; 3] = ["x", "y", "z"];
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 
 /// Spells `nan` and `inf` in an ASCII payload as a number that overflows, since the parser knows no such words.
 fn with_readable_numbers(bytes: &[u8]) -> Cow<'_, [u8]> {
@@ -94,11 +110,7 @@ fn check(header: &Header, file_len: usize) -> Result<(), Fault> {
             names.join(", ")
         )));
     };
-    let is_scalar = |axis: &str| {
-        let property = vertex.properties.get(axis);
-        property.is_some_and(|property| matches!(property.data_type, PropertyType::Scalar(_)))
-    };
-    if !AXES.into_iter().all(is_scalar) {
+    if !AXES.into_iter().all(|axis| is_scalar(vertex, axis)) {
         let names: Vec<_> = vertex.properties.keys().map(String::as_str).collect();
         return Err(Fault::NoCoordinates(format!("[{}]", names.join(", "))));
     }
@@ -116,6 +128,11 @@ fn check(header: &Header, file_len: usize) -> Result<(), Fault> {
         )));
     }
     Ok(())
+}
+
+fn is_scalar(element: &ElementDef, name: &str) -> bool {
+    let property = element.properties.get(name);
+    property.is_some_and(|property| matches!(property.data_type, PropertyType::Scalar(_)))
 }
 
 /// Length of the header if the payload is ASCII.
@@ -163,12 +180,23 @@ fn fault(error: ParseError) -> Fault {
     }
 }
 
-/// A vertex of which only the coordinates are kept.
-struct Vertex([f32; 3]);
+/// A vertex, of which coordinates and normal are kept.
+struct Vertex([f32; 6]);
 
 impl Vertex {
+    fn point(&self) -> Point3<f32> {
+        let [x, y, z, ..] = self.0;
+        Point3::new(x, y, z)
+    }
+
+    fn normal(&self) -> Vector3<f32> {
+        let [.., x, y, z] = self.0;
+        Vector3::new(x, y, z)
+    }
+
     fn set(&mut self, name: &str, value: f32) -> PropertyAccessResult {
-        match AXES.iter().position(|&axis| axis == name) {
+        let mut names = AXES.into_iter().chain(NORMAL);
+        match names.position(|axis| axis == name) {
             Some(axis) => self.0[axis] = value,
             None => return PropertyAccessResult::Ignored,
         }
@@ -186,11 +214,35 @@ macro_rules! setters {
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self([0.0; 3])
+        Self([0.0; 6])
     }
 
     setters!(set_char: i8, set_uchar: u8, set_short: i16, set_ushort: u16, set_int: i32, set_uint: u32,
              set_float: f32, set_double: f64);
+}
+
+/// A face, of which the corners are kept.
+struct Face(Vec<i64>);
+
+macro_rules! list_setters {
+    ($($setter:ident: $kind:ty),*) => {
+        $(fn $setter(&mut self, name: &str, values: Vec<$kind>) -> PropertyAccessResult {
+            if !matches!(name, "vertex_indices" | "vertex_index") {
+                return PropertyAccessResult::Ignored;
+            }
+            self.0 = values.into_iter().map(i64::from).collect();
+            PropertyAccessResult::Set
+        })*
+    };
+}
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    list_setters!(set_list_char: i8, set_list_uchar: u8, set_list_short: i16, set_list_ushort: u16,
+                  set_list_int: i32, set_list_uint: u32);
 }
 
 /// An element that is read over.
