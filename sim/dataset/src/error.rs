@@ -1,5 +1,6 @@
 //! What can go wrong, with what to do about it.
 
+use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -129,7 +130,8 @@ pub enum DatasetError {
     },
     /// A failure after the work began.
     #[error(
-        "{cause}\n{done} of {total} meshes are finished and kept: the same command goes on from there"
+        "{}\n{done} of {total} meshes are finished and kept: the same command goes on from there",
+        describe(cause.as_ref())
     )]
     Halted {
         /// Meshes finished, with those of earlier runs.
@@ -190,8 +192,8 @@ pub enum MergeError {
         /// Which.
         shards: Vec<String>,
     },
-    /// A part that lost something.
-    #[error("{part} lacks {missing}: run its command again")]
+    /// A part that lost something, or in which something was changed.
+    #[error("{part} has no {missing} as it was made: run its command again")]
     Incomplete {
         /// The folder.
         part: PathBuf,
@@ -204,6 +206,20 @@ pub enum MergeError {
         /// The folder.
         out: PathBuf,
     },
+}
+
+/// An error and its causes. Some errors say their cause themselves; it is not said twice.
+pub fn describe(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        let said = cause.to_string();
+        if !text.contains(&said) {
+            text += &format!(": {said}");
+        }
+        next = cause.source();
+    }
+    text
 }
 
 impl DatasetError {

@@ -18,8 +18,10 @@ const MANIFEST: &str = "manifest.csv";
 const JOURNAL: &str = "manifest.unfinished.csv";
 const RECORD: &str = "run.yaml";
 const SHARD: &str = "shard.yaml";
-/// Files in the making begin so; those of a run that was killed are removed by the next.
-const UNFINISHED: &str = ".unfinished-";
+/// Files in the making begin so, or end so where meshes are written; those of a run that was killed are removed by the
+/// next.
+pub(crate) const UNFINISHED: &str = ".unfinished-";
+const TEMPORARY: &str = ".tmp";
 
 /// Rows by object and number.
 pub type Rows = BTreeMap<(String, usize), Row>;
@@ -52,6 +54,16 @@ impl Folder {
     /// The folder of an object's meshes.
     pub fn object(&self, name: &str) -> PathBuf {
         self.root.join(name)
+    }
+
+    /// Makes an object's folder, without what a killed run left half-written.
+    ///
+    /// # Errors
+    /// The file system refuses.
+    pub fn make_object(&self, name: &str) -> Result<(), DatasetError> {
+        let folder = self.object(name);
+        fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
+        sweep(&folder)
     }
 
     /// One row a mesh; there when the dataset is finished.
@@ -88,7 +100,7 @@ impl Folder {
 
     /// Compares with the record that is there, or writes it.
     fn claim(&self, record: &str, shard: Option<Shard>) -> Result<(), DatasetError> {
-        self.sweep()?;
+        sweep(&self.root)?;
         if self.record().exists() {
             return self.compare(record, shard);
         }
@@ -199,16 +211,6 @@ impl Folder {
         fs::remove_file(&path).map_err(DatasetError::io("remove", &path))
     }
 
-    /// Removes what a killed run left half-written, here and in the folders of the objects.
-    fn sweep(&self) -> Result<(), DatasetError> {
-        for (name, path) in list(&self.root)? {
-            if name.starts_with(UNFINISHED) {
-                fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
-            }
-        }
-        Ok(())
-    }
-
     /// Something that does not come from a run that was killed before it wrote its record.
     fn foreign(&self) -> Result<Option<String>, DatasetError> {
         let ours = |name: &str| name == JOURNAL || name == SHARD;
@@ -223,6 +225,16 @@ impl Folder {
     pub fn is_vacant(&self) -> Result<bool, DatasetError> {
         Ok(!self.root.exists() || list(&self.root)?.is_empty())
     }
+}
+
+/// Removes what a killed run left half-written.
+fn sweep(folder: &Path) -> Result<(), DatasetError> {
+    for (name, path) in list(folder)? {
+        if name.starts_with(UNFINISHED) || name.ends_with(TEMPORARY) {
+            fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
+        }
+    }
+    Ok(())
 }
 
 fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>, DatasetError> {

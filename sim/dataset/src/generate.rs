@@ -82,7 +82,7 @@ pub fn generate(
 
     let mut journal = folder.open(&record, order.shard)?;
     let run = Run::new(order, &objects, &plans, folder);
-    let mut rows = run.finished(&mut journal)?;
+    let mut rows = run.finished(&pool, &mut journal)?;
     let (kept, total) = (rows.len(), run.mesh_count());
     show(Progress::Making {
         meshes: total,

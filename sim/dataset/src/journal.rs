@@ -71,15 +71,14 @@ impl Journal {
         from_csv(&text).map_err(|error| DatasetError::damaged(&self.path, &error))
     }
 
-    /// Adds the rows of a unit for good, or none of them.
+    /// Adds the rows of a unit, or none of them.
     ///
     /// # Errors
     /// The file system refuses.
     pub fn append(&mut self, rows: &[Row]) -> Result<(), DatasetError> {
         let text = to_csv(rows, self.is_empty())
             .map_err(|error| DatasetError::damaged(&self.path, &error))?;
-        let written = self.file.write_all(&text);
-        if let Err(error) = written.and_then(|()| self.file.sync_data()) {
+        if let Err(error) = self.file.write_all(&text) {
             self.cut(self.bytes)?;
             return Err(DatasetError::io("write", &self.path)(error));
         }

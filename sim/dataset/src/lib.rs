@@ -12,6 +12,7 @@ pub mod generate;
 pub mod journal;
 pub mod manifest;
 pub mod merge;
+pub mod mesh_file;
 pub mod object;
 pub mod plan;
 pub mod plot;

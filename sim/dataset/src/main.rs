@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_dataset::DatasetError;
+use sim_dataset::error::{DatasetError, describe};
 use sim_dataset::generate::{Order, Progress, generate};
 use sim_dataset::merge::merge;
 use sim_dataset::object::Source;
@@ -137,22 +137,11 @@ fn main() -> ExitCode {
     match run(Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("generate_dataset: {}", describe(&error));
+            eprintln!("generate_dataset: {}", describe(error.as_ref()));
             let usage = error.downcast_ref().is_some_and(DatasetError::is_usage);
             ExitCode::from(if usage { 2 } else { 1 })
         }
     }
-}
-
-/// The error and its causes. Some errors say their cause themselves; it is not said twice.
-fn describe(error: &anyhow::Error) -> String {
-    let mut text = error.to_string();
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !text.contains(&cause) {
-            text += &format!(": {cause}");
-        }
-    }
-    text
 }
 
 fn run(arguments: Arguments) -> Result<()> {

@@ -6,6 +6,8 @@ use sim_deform::denter::Dent;
 use crate::object::Object;
 use crate::plan::Unit;
 
+const MM_PER_M: f64 = 1e3;
+
 /// What is said of one mesh.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
@@ -21,49 +23,99 @@ pub struct Row {
     pub handle_2: u32,
     /// Intensity that was asked for, mm (paper Eq. 4).
     pub asked_mm: f64,
-    /// Intensity that could be done, mm.
+    /// Intensity that could be done, mm; 0 where there is no mesh.
     pub applied_mm: f64,
-    /// Chamfer distance (paper Eq. 5), unweighted as the next three.
-    pub loss_distance: f64,
-    /// Edge loss.
-    pub loss_edge: f64,
+    /// Chamfer distance, mm^2 (paper Eq. 5), unweighted as the next three. Empty where there is no mesh, as all that
+    /// follow.
+    pub loss_distance_mm2: Option<f64>,
+    /// Edge loss, mm^2.
+    pub loss_edge_mm2: Option<f64>,
     /// Normal loss.
-    pub loss_normal: f64,
-    /// Laplacian smoothing loss.
-    pub loss_smooth: f64,
+    pub loss_normal: Option<f64>,
+    /// Laplacian smoothing loss, mm.
+    pub loss_smooth_mm: Option<f64>,
     /// Their weighted sum.
-    pub loss: f64,
+    pub loss: Option<f64>,
     /// Energy of the deformation, mm^2 (paper Eq. 3).
-    pub energy_mm2: f64,
+    pub energy_mm2: Option<f64>,
     /// Iterations of the deformation.
-    pub iterations: usize,
+    pub iterations: Option<usize>,
     /// Of the run.
     pub seed: u64,
-    /// Empty where all was done as asked.
+    /// SHA-256 of the file.
+    pub sha256: Option<String>,
+    /// Why less was done than asked; empty where all was done.
     pub note: String,
 }
 
 impl Row {
-    /// Of the dent that became mesh `n`.
-    pub fn new(object: &Object, unit: &Unit, n: usize, dent: &Dent, seed: u64) -> Self {
+    /// Of the dent that became mesh `n`, in a file with this digest.
+    pub fn dented(
+        object: &Object,
+        unit: &Unit,
+        n: usize,
+        dent: &Dent,
+        sha256: String,
+        seed: u64,
+    ) -> Self {
+        Self {
+            applied_mm: dent.applied_m * MM_PER_M,
+            loss_distance_mm2: Some(dent.loss.distance_mm2),
+            loss_edge_mm2: Some(dent.loss.edge_mm2),
+            loss_normal: Some(dent.loss.normal),
+            loss_smooth_mm: Some(dent.loss.smooth_mm),
+            loss: Some(dent.loss.total),
+            energy_mm2: Some(dent.energy_m2 * MM_PER_M * MM_PER_M),
+            iterations: Some(dent.iterations),
+            sha256: Some(sha256),
+            note: note(unit, dent).to_owned(),
+            ..Self::refused(object, unit, n, dent.asked_m, String::new(), seed)
+        }
+    }
+
+    /// Of mesh `n`, which could not be made.
+    pub fn refused(
+        object: &Object,
+        unit: &Unit,
+        n: usize,
+        asked_m: f64,
+        note: String,
+        seed: u64,
+    ) -> Self {
         Self {
             object: object.name.clone(),
             n,
             source: object.source.clone(),
             handle_1: unit.grasp.handles[0],
             handle_2: unit.grasp.handles[1],
-            asked_mm: dent.asked_m * 1e3,
-            applied_mm: dent.applied_m * 1e3,
-            loss_distance: dent.loss.distance,
-            loss_edge: dent.loss.edge,
-            loss_normal: dent.loss.normal,
-            loss_smooth: dent.loss.smooth,
-            loss: dent.loss.total,
-            energy_mm2: dent.energy_m2 * 1e6,
-            iterations: dent.iterations,
+            asked_mm: asked_m * MM_PER_M,
+            applied_mm: 0.0,
+            loss_distance_mm2: None,
+            loss_edge_mm2: None,
+            loss_normal: None,
+            loss_smooth_mm: None,
+            loss: None,
+            energy_mm2: None,
+            iterations: None,
             seed,
-            note: String::new(),
+            sha256: None,
+            note,
         }
+    }
+
+    /// Whether a file belongs to it.
+    pub fn has_mesh(&self) -> bool {
+        self.sha256.is_some()
+    }
+}
+
+fn note(unit: &Unit, dent: &Dent) -> &'static str {
+    if dent.applied_m < dent.asked_m.min(unit.grasp.intensity_max_m) {
+        "lowered: the surface would pass through itself"
+    } else if dent.applied_m < dent.asked_m {
+        "clamped: the deepest of this grasp"
+    } else {
+        ""
     }
 }
 

@@ -12,6 +12,7 @@ use serde_yaml::Value;
 use crate::error::{DatasetError, MergeError};
 use crate::folder::{Folder, put, unfinished};
 use crate::manifest::Row;
+use crate::mesh_file;
 use crate::plan::file_name;
 use crate::plot;
 use crate::record::differences;
@@ -59,7 +60,10 @@ pub fn merge(out: &Path, parts: &[PathBuf]) -> Result<Summary, DatasetError> {
     let meshes = in_order(&wanted, &parts)?;
     fs::create_dir_all(out.root()).map_err(DatasetError::io("make", out.root()))?;
     out.write_record(record)?;
-    for (part, row, name) in &meshes {
+    for object in &wanted.objects {
+        out.make_object(&object.name)?;
+    }
+    for (part, row, name) in meshes.iter().filter(|(_, row, _)| row.has_mesh()) {
         let folder = out.object(&row.object);
         fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
         link(
@@ -183,8 +187,7 @@ fn in_order<'a>(
                 let row = format!("a row of {}/{name}", object.name);
                 incomplete(&parts[0].folder, row)
             })?;
-            let file = part.folder.object(&object.name).join(&name);
-            if !fs::metadata(&file).is_ok_and(|file| file.len() > 0) {
+            if !mesh_file::belongs(&part.folder.object(&object.name).join(&name), row) {
                 return Err(incomplete(&part.folder, format!("{}/{name}", object.name)));
             }
             found.push((part, row, name));

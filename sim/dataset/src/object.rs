@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use sha2::{Digest, Sha256};
 use sim_deform::denter::Denter;
 use sim_objects::{Mesh, ObjectClass, Variation};
 
 use crate::error::DatasetError;
+use crate::mesh_file::hex_digest;
 use crate::settings::Settings;
 
 /// Longest extents between which something can be an object for a gripper, m.
@@ -107,7 +107,7 @@ impl Source {
             })?;
         let file_name = file.file_name().unwrap_or_default().to_string_lossy();
         Ok(Object {
-            scan_sha256: Some(hex(&Sha256::digest(bytes))),
+            scan_sha256: Some(hex_digest(&bytes)),
             mending: Some(mending),
             ..Object::new(name, file_name.into(), mesh, settings)?
         })
@@ -150,16 +150,9 @@ impl Object {
 
 /// Of the vertices' and triangles' bytes: tells whether two machines made the same mesh of a scan.
 fn mesh_digest(mesh: &Mesh) -> String {
-    let mut digest = Sha256::new();
-    for coordinate in mesh.vertices.iter().flat_map(|vertex| vertex.iter()) {
-        digest.update(coordinate.to_le_bytes());
-    }
-    for index in mesh.triangles.iter().flatten() {
-        digest.update(index.to_le_bytes());
-    }
-    hex(&digest.finalize())
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    let coordinates = mesh.vertices.iter().flat_map(|vertex| vertex.iter());
+    let mut bytes: Vec<u8> = coordinates.flat_map(|c| c.to_le_bytes()).collect();
+    let indices = mesh.triangles.iter().flatten();
+    bytes.extend(indices.flat_map(|index| index.to_le_bytes()));
+    hex_digest(&bytes)
 }

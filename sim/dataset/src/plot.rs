@@ -58,7 +58,8 @@ fn draw(path: &Path, title: &str, rows: &[Row]) -> Result<(), DatasetError> {
         .map_err(|_| refuse("its font is damaged".to_owned()))?;
     let file = unfinished(path, ".png")?;
     let area = BitMapBackend::new(file.path(), SIZE_PX).into_drawing_area();
-    let title = format!("{title}: {} meshes", rows.len());
+    let meshes = rows.iter().filter(|row| row.has_mesh()).count();
+    let title = format!("{title}: {meshes} meshes");
     fill(&area, &title, &by_intensity(rows))
         .and_then(|()| area.present())
         .map_err(|error| refuse(error.to_string()))?;
@@ -70,12 +71,13 @@ fn draw(path: &Path, title: &str, rows: &[Row]) -> Result<(), DatasetError> {
 type Group = (f64, Vec<f64>);
 
 fn by_intensity(rows: &[Row]) -> Vec<Group> {
-    let mut asked: Vec<f64> = rows.iter().map(|row| row.asked_mm).collect();
+    let made = rows.iter().filter(|row| row.has_mesh());
+    let mut asked: Vec<f64> = made.map(|row| row.asked_mm).collect();
     asked.sort_by(f64::total_cmp);
     asked.dedup();
     let losses = |asked_mm: f64| {
         let same = rows.iter().filter(|row| row.asked_mm == asked_mm);
-        let mut losses: Vec<f64> = same.map(|row| row.loss).collect();
+        let mut losses: Vec<f64> = same.filter_map(|row| row.loss).collect();
         losses.sort_by(f64::total_cmp);
         (asked_mm, losses)
     };

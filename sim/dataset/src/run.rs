@@ -1,17 +1,19 @@
 //! The work on one folder: which units are finished, the making of the others, the end.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::ThreadPool;
+use rayon::prelude::*;
+use sim_deform::denter::Dent;
 
 use crate::error::DatasetError;
 use crate::folder::{Folder, Rows, keyed};
 use crate::generate::{Order, Progress};
 use crate::journal::Journal;
 use crate::manifest::Row;
+use crate::mesh_file;
 use crate::object::Object;
 use crate::plan::{ObjectPlan, Unit, file_name};
 use crate::plot;
@@ -64,26 +66,27 @@ impl<'a> Run<'a> {
         (self.objects[unit.object].name.clone(), n)
     }
 
-    /// Rows of the units that earlier runs have finished, whose meshes are all there. They stay in the journal, or in
-    /// the manifest where nothing is missing.
+    /// Rows of the units that earlier runs have finished, whose meshes are as they were made. They stay in the journal,
+    /// or in the manifest where nothing is missing.
     ///
     /// # Errors
     /// The journal or the manifest cannot be read.
-    pub fn finished(&self, journal: &mut Journal) -> Result<Rows, DatasetError> {
+    pub fn finished(&self, pool: &ThreadPool, journal: &mut Journal) -> Result<Rows, DatasetError> {
         let manifest = self.folder.rows()?;
         let known = match &manifest {
             Some(rows) => keyed(rows.clone()),
             None => keyed(journal.rows()?),
         };
-        let mut rows = Rows::new();
-        for unit in self.units() {
-            let keys = unit.meshes.clone().map(|n| self.key(unit, n));
-            let of_unit: Option<Vec<Row>> = keys.map(|key| known.get(&key).cloned()).collect();
-            let is_there = |n| is_mesh(&self.mesh_path(unit, n));
-            if unit.meshes.clone().all(is_there) {
-                rows.extend(keyed(of_unit.unwrap_or_default()));
-            }
-        }
+        let units: Vec<&Unit> = self.units().collect();
+        let of_unit = |unit: &&Unit| -> Option<Vec<Row>> {
+            let row = |n| known.get(&self.key(unit, n)).cloned();
+            let rows: Vec<Row> = unit.meshes.clone().map(row).collect::<Option<_>>()?;
+            let is_whole = |row: &Row| mesh_file::belongs(&self.mesh_path(unit, row.n), row);
+            rows.iter().all(is_whole).then_some(rows)
+        };
+        let rows: Vec<Row> =
+            pool.install(|| units.par_iter().filter_map(of_unit).flatten().collect());
+        let rows = keyed(rows);
         // Of a finished dataset, meshes were removed: it becomes an unfinished one.
         if manifest.is_some() && rows.len() < self.mesh_count() {
             journal.clear()?;
@@ -143,34 +146,31 @@ impl<'a> Run<'a> {
     }
 
     fn make_folders(&self) -> Result<(), DatasetError> {
-        for object in self.objects {
-            let folder = self.folder.object(&object.name);
-            fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
-        }
-        Ok(())
+        let objects = self.objects.iter();
+        objects
+            .map(|object| self.folder.make_object(&object.name))
+            .collect()
     }
 
-    /// Makes the meshes of one grasp; those that are there already are not written again.
+    /// Makes the meshes of one grasp. Where it cannot be dented, its meshes keep their numbers, and rows say why they
+    /// are not there: the other numbers must not depend on it.
     fn make_unit(&self, unit: &Unit) -> Result<Vec<Row>, DatasetError> {
-        let object = &self.objects[unit.object];
+        let (object, seed) = (&self.objects[unit.object], self.order.seed);
         let asked_m = &self.order.settings.intensities_m[..unit.meshes.len()];
-        let dents =
-            object
-                .denter
-                .dent(&unit.grasp, asked_m)
-                .map_err(|source| DatasetError::Dent {
-                    object: object.name.clone(),
-                    source,
-                })?;
-        let mut rows = Vec::with_capacity(dents.len());
-        for (n, dent) in unit.meshes.clone().zip(&dents) {
-            let path = self.mesh_path(unit, n);
-            if !is_mesh(&path) {
-                sim_objects::file::write_ply(&path, &dent.mesh, 0.001)?;
+        let dents = match object.denter.dent(&unit.grasp, asked_m) {
+            Ok(dents) => dents,
+            Err(error) => {
+                let row = |(n, &asked_m)| {
+                    Row::refused(object, unit, n, asked_m, format!("refused: {error}"), seed)
+                };
+                return Ok(unit.meshes.clone().zip(asked_m).map(row).collect());
             }
-            rows.push(Row::new(object, unit, n, dent, self.order.seed));
-        }
-        Ok(rows)
+        };
+        let place = |(n, dent): (usize, &Dent)| {
+            let sha256 = mesh_file::place(&self.mesh_path(unit, n), &dent.mesh)?;
+            Ok(Row::dented(object, unit, n, dent, sha256, seed))
+        };
+        unit.meshes.clone().zip(&dents).map(place).collect()
     }
 
     /// Draws the plots and, last, writes the manifest: where it is, all is. Returns the plots.
@@ -204,11 +204,6 @@ impl<'a> Run<'a> {
         };
         self.objects.iter().flat_map(of).collect()
     }
-}
-
-/// Meshes appear whole; but a crash of the machine can leave a file of this name without its bytes.
-fn is_mesh(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|file| file.len() > 0)
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -21,17 +21,17 @@ pub struct Summary {
     pub plots: Vec<PathBuf>,
     /// Meshes in the folder.
     pub meshes: usize,
-    /// Meshes that earlier runs had finished.
-    pub kept: usize,
-    /// Meshes of this run.
-    pub made: usize,
     /// Meshes dented less than asked.
     pub clamped: usize,
-    /// Meshes that could not be dented at all.
+    /// Meshes that are not there, since the object could not be dented so.
     pub refused: usize,
+    /// Rows of earlier runs.
+    pub kept: usize,
+    /// Rows of this run.
+    pub made: usize,
     /// Time of this run.
     pub seconds: f64,
-    /// Meshes of this run a second.
+    /// Rows of this run a second.
     pub meshes_per_second: f64,
     /// Most memory of this process, MiB; `None` where the system does not say.
     pub peak_memory_mib: Option<f64>,
@@ -48,14 +48,14 @@ impl Summary {
     ) -> Self {
         let made = rows.len() - kept;
         let seconds = time.as_secs_f64();
-        let refused = rows.iter().filter(|row| row.applied_mm == 0.0).count();
+        let refused = rows.iter().filter(|row| !row.has_mesh()).count();
         let lowered = rows.iter().filter(|row| row.applied_mm < row.asked_mm);
         Self {
             out: folder.root().to_path_buf(),
             manifest: folder.manifest(),
             record: folder.record(),
             plots,
-            meshes: rows.len(),
+            meshes: rows.len() - refused,
             kept,
             made,
             clamped: lowered.count() - refused,
