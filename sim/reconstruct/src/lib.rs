@@ -1,1 +1,142 @@
 //! From a scan, points or a mesh, to a mesh that can be deformed (paper Sec. IV-B 1-2).
+//!
+//! Points get outward normals, are thinned to an even density and become a surface by Poisson's equation; what no point
+//! supports is trimmed, and the rest gets even triangles. A mesh skips all this. Both are cleaned then, so that the
+//! result keeps to the laws of [`check()`], which deformation relies on.
+
+mod check;
+mod clean;
+mod downsample;
+mod normals;
+mod poisson;
+mod remesh;
+mod report;
+mod settings;
+mod surface;
+mod trim;
+
+use sim_objects::Mesh;
+use sim_objects::file::Scan;
+
+pub use check::{Defect, check};
+pub use clean::Mended;
+pub use report::{FromPoints, Report, Seconds};
+pub use settings::Settings;
+
+/// Why a scan does not become a mesh, and what to do about it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ReconstructError {
+    /// A setting that cannot be.
+    #[error("{name} is {value}; expected {expected}")]
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// What was asked for.
+        value: String,
+        /// What can be.
+        expected: String,
+    },
+    /// Not enough to see a shape in.
+    #[error(
+        "the scan has {count} different points; scan again for at least {}",
+        Settings::COUNT_MIN
+    )]
+    TooFewPoints {
+        /// How many there are, those at the same place counted once.
+        count: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("point {index} of the scan is not finite; remove such points")]
+    NotFinite {
+        /// Index of the point.
+        index: usize,
+    },
+    /// The points lie in a plane or on a line.
+    #[error(
+        "the scan is flat: {thickness_m} m thick and {width_m} m wide; scan the object from more sides"
+    )]
+    Flat {
+        /// Standard deviation of the points across their best plane.
+        thickness_m: f64,
+        /// Standard deviation along it.
+        width_m: f64,
+    },
+    /// Not one normal a point.
+    #[error("the scan has {normals} normals for {points} points; give each one, or none")]
+    Normals {
+        /// How many normals there are.
+        normals: usize,
+        /// How many points there are.
+        points: usize,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error(
+        "triangle {triangle} of the scan names vertices {corners:?} of {vertices}; export it again"
+    )]
+    Corners {
+        /// Index of the triangle.
+        triangle: usize,
+        /// Its corners.
+        corners: [u32; 3],
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// The points are too far from the origin for their distances.
+    #[error(transparent)]
+    Voxel(#[from] cloud::VoxelError),
+    /// The result does not keep to the laws.
+    #[error("the scan cannot be mended ({0}); scan again, or repair it by hand")]
+    Unmended(#[from] Defect),
+}
+
+/// Makes a clean mesh of a scan. The same scan and settings give the same mesh, whatever the number of threads.
+///
+/// # Errors
+/// [`ReconstructError`] for settings out of range, and for scans of which no mesh can be made.
+pub fn mesh_from_scan(
+    scan: &Scan,
+    settings: &Settings,
+) -> Result<(Mesh, Report), ReconstructError> {
+    settings.check()?;
+    check_scan(scan)?;
+    let (raw, from_points) = if scan.is_cloud() {
+        let (mesh, from_points) = surface::from_points(scan, settings)?;
+        (mesh, Some(from_points))
+    } else {
+        (scan.mesh(), None)
+    };
+    let (mesh, mended) = clean::clean(raw);
+    check(&mesh)?;
+    let counts = [scan.points_m.len(), scan.triangles.len()];
+    let report = Report::new(counts, from_points, mended, &mesh);
+    Ok((mesh, report))
+}
+
+/// A scan need not come from a file.
+fn check_scan(scan: &Scan) -> Result<(), ReconstructError> {
+    let points = scan.points_m.len();
+    if let Some(index) = scan
+        .points_m
+        .iter()
+        .position(|point| !cloud::is_finite(point))
+    {
+        return Err(ReconstructError::NotFinite { index });
+    }
+    if let Some(normals) = scan
+        .normals
+        .as_ref()
+        .map(Vec::len)
+        .filter(|&normals| normals != points)
+    {
+        return Err(ReconstructError::Normals { normals, points });
+    }
+    let is_there = |corners: &[u32; 3]| corners.iter().all(|&corner| (corner as usize) < points);
+    match scan.triangles.iter().position(|corners| !is_there(corners)) {
+        Some(triangle) => Err(ReconstructError::Corners {
+            triangle,
+            corners: scan.triangles[triangle],
+            vertices: points,
+        }),
+        None => Ok(()),
+    }
+}

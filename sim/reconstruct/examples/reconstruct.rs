@@ -1,0 +1,39 @@
+//! Makes a mesh of a scan: `reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points]`.
+//!
+//! Prints one JSON object with the report and the times of the parts. With `--points` a mesh's triangles are left out, so
+//! that its vertices are taken as a raw scan.
+
+use std::time::Instant;
+
+use sim_objects::file;
+use sim_reconstruct::{Settings, mesh_from_scan};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (flags, paths): (Vec<String>, Vec<String>) = std::env::args()
+        .skip(1)
+        .partition(|argument| argument.starts_with("--"));
+    let [source, target, rest @ ..] = &paths[..] else {
+        return Err("usage: reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points]".into());
+    };
+    let metres_per_unit = rest
+        .first()
+        .map_or(Ok(file::MILLIMETRE), |text| text.parse())?;
+    let mut scan = file::read(source, metres_per_unit)?;
+    if flags.iter().any(|flag| flag == "--points") {
+        scan.triangles.clear();
+    }
+    if flags.iter().any(|flag| flag == "--no-normals") {
+        scan.normals = None;
+    }
+    let start = Instant::now();
+    let (mesh, report) = mesh_from_scan(&scan, &Settings::default())?;
+    let total = start.elapsed().as_secs_f64();
+    file::write_ply(target, &mesh)?;
+    eprintln!("{report}");
+    let seconds = report.from_points.as_ref().map(|from| from.seconds);
+    println!(
+        "{}",
+        serde_json::json!({ "report": report, "seconds": seconds, "total_seconds": total })
+    );
+    Ok(())
+}

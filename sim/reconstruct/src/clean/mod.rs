@@ -1,0 +1,123 @@
+//! Mends what makes deformation fail: a mesh becomes one that keeps to the laws of [`check`](crate::check::check).
+
+mod faces;
+mod topology;
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+use sim_objects::Mesh;
+
+use crate::check;
+
+/// What was mended, by kind.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Mended {
+    /// Vertices at the very place of another, joined to it.
+    pub vertices_joined: usize,
+    /// Triangles that named a vertex twice, or had no area and were left out or folded into their neighbours.
+    pub degenerate: usize,
+    /// Triangles with the same three vertices as another, left out.
+    pub duplicate: usize,
+    /// Edges with more than two triangles, or on which the sides of a one-sided surface met, cut open.
+    pub edges_cut: usize,
+    /// Triangles left out because an edge had too many even so.
+    pub overfull: usize,
+    /// Vertices at which several fans met, given one copy a fan.
+    pub vertices_split: usize,
+    /// Triangles turned over.
+    pub turned: usize,
+    /// Components left out, all but the largest.
+    pub components_dropped: usize,
+    /// Triangles of these.
+    pub component_triangles: usize,
+    /// Vertices that no triangle used.
+    pub unused: usize,
+}
+
+/// Rounds of mending; each can uncover what the one before hid.
+const ROUNDS_MAX: usize = 8;
+
+/// Mends a mesh whose triangles name existing, finite vertices.
+pub(crate) fn clean(mesh: Mesh) -> (Mesh, Mended) {
+    let mut mended = Mended::default();
+    let mut mesh = mesh;
+    join_vertices(&mut mesh, &mut mended);
+    for _ in 0..ROUNDS_MAX {
+        faces::mend_flat(&mut mesh, &mut mended);
+        faces::drop_duplicates(&mut mesh, &mut mended);
+        topology::mend(&mut mesh, &mut mended);
+        keep_largest(&mut mesh, &mut mended);
+        drop_unused(&mut mesh, &mut mended);
+        if check::check(&mesh).is_ok() || mesh.triangles.is_empty() {
+            break;
+        }
+    }
+    topology::turn_outward(&mut mesh, &mut mended);
+    (mesh, mended)
+}
+
+/// Joins vertices at exactly the same place, as in files that give each triangle its own three.
+fn join_vertices(mesh: &mut Mesh, mended: &mut Mended) {
+    let mut first_at: HashMap<[u32; 3], u32> = HashMap::with_capacity(mesh.vertices.len());
+    let mut first_of = Vec::with_capacity(mesh.vertices.len());
+    for (index, vertex) in mesh.vertices.iter().enumerate() {
+        // Adding 0 makes −0 and 0 the same.
+        let place = [vertex.x, vertex.y, vertex.z].map(|coordinate| (coordinate + 0.0).to_bits());
+        let first = *first_at.entry(place).or_insert(index as u32);
+        mended.vertices_joined += usize::from(first != index as u32);
+        first_of.push(first);
+    }
+    for corner in mesh.triangles.iter_mut().flatten() {
+        *corner = first_of[*corner as usize];
+    }
+    if mended.vertices_joined > 0 {
+        // They were counted already.
+        drop_unused(mesh, &mut Mended::default());
+    }
+}
+
+/// Keeps the component with the largest area.
+fn keep_largest(mesh: &mut Mesh, mended: &mut Mended) {
+    let (component_of, count) = check::components(mesh);
+    if count < 2 {
+        return;
+    }
+    let mut areas = vec![0.0; count];
+    for &corners in &mesh.triangles {
+        areas[component_of[corners[0] as usize] as usize] += area(mesh, corners);
+    }
+    let largest = (0..count).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)));
+    let before = mesh.triangles.len();
+    mesh.triangles
+        .retain(|corners| Some(component_of[corners[0] as usize] as usize) == largest);
+    mended.components_dropped += count - 1;
+    mended.component_triangles += before - mesh.triangles.len();
+}
+
+/// Area of a triangle, m².
+pub(crate) fn area(mesh: &Mesh, corners: [u32; 3]) -> f64 {
+    let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize].cast::<f64>());
+    (b - a).cross(&(c - a)).norm() / 2.0
+}
+
+/// Leaves out vertices that no triangle uses; the others keep their order.
+fn drop_unused(mesh: &mut Mesh, mended: &mut Mended) {
+    let mut used = vec![false; mesh.vertices.len()];
+    for &corner in mesh.triangles.iter().flatten() {
+        used[corner as usize] = true;
+    }
+    let mut kept = Vec::with_capacity(mesh.vertices.len());
+    let mut new_index = vec![0; mesh.vertices.len()];
+    for (index, vertex) in mesh.vertices.iter().enumerate() {
+        new_index[index] = kept.len() as u32;
+        if used[index] {
+            kept.push(*vertex);
+        }
+    }
+    mended.unused += mesh.vertices.len() - kept.len();
+    mesh.vertices = kept;
+    for corner in mesh.triangles.iter_mut().flatten() {
+        *corner = new_index[*corner as usize];
+    }
+}

@@ -1,0 +1,203 @@
+//! How triangles hang together: sides, edges, fans.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+
+use sim_objects::Mesh;
+
+use super::{Mended, faces};
+use crate::check::sides;
+
+/// Two triangles joined at an edge; `same_way` says that both run along it in the same direction, so one is inside out.
+#[derive(Clone, Copy)]
+struct Link {
+    triangles: [u32; 2],
+    edge: [u32; 2],
+    same_way: bool,
+}
+
+/// Makes all triangles look to one side, cuts edges with too many of them, and splits vertices with several fans.
+pub(super) fn mend(mesh: &mut Mesh, mended: &mut Mended) {
+    let links = links(mesh, mended);
+    let links = turn(mesh, links, mended);
+    split_fans(mesh, &links, mended);
+    drop_overfull(mesh, mended);
+}
+
+/// Joins the triangles at each edge in pairs. Of more than two those are paired that go on most smoothly; the rest
+/// stays open there.
+fn links(mesh: &Mesh, mended: &mut Mended) -> Vec<Link> {
+    let mut at_edge: BTreeMap<[u32; 2], Vec<(u32, bool)>> = BTreeMap::new();
+    for (index, &corners) in mesh.triangles.iter().enumerate() {
+        for (from, to) in sides(corners) {
+            let entry = at_edge.entry([from.min(to), from.max(to)]).or_default();
+            entry.push((index as u32, from < to));
+        }
+    }
+    let mut links = Vec::with_capacity(at_edge.len());
+    for (edge, mut here) in at_edge {
+        mended.edges_cut += usize::from(here.len() > 2);
+        while let Some([a, b]) = smoothest(mesh, &here) {
+            links.push(Link {
+                triangles: [here[a].0, here[b].0],
+                edge,
+                same_way: here[a].1 == here[b].1,
+            });
+            here.swap_remove(b);
+            here.swap_remove(a);
+        }
+    }
+    links
+}
+
+/// The two of an edge's triangles, first index smaller, whose normals differ least if they run along it in opposite
+/// directions; of only two, both, whatever their directions.
+fn smoothest(mesh: &Mesh, here: &[(u32, bool)]) -> Option<[usize; 2]> {
+    if here.len() == 2 {
+        return Some([0, 1]);
+    }
+    let normal = |at: usize| faces::normal(&mesh.vertices, mesh.triangles[here[at].0 as usize]);
+    let pairs = (0..here.len()).flat_map(|a| (a + 1..here.len()).map(move |b| [a, b]));
+    let opposed = pairs.filter(|&[a, b]| here[a].1 != here[b].1);
+    opposed.max_by(|&[a, b], &[c, d]| {
+        normal(a)
+            .dot(&normal(b))
+            .total_cmp(&normal(c).dot(&normal(d)))
+    })
+}
+
+/// Turns triangles over so that linked ones agree, in each part the fewer. Where a surface has but one side, links on
+/// which the two sides meet are given up. Returns the links that stay.
+fn turn(mesh: &mut Mesh, links: Vec<Link>, mended: &mut Mended) -> Vec<Link> {
+    let mut at_triangle: Vec<Vec<u32>> = vec![Vec::new(); mesh.triangles.len()];
+    for (index, link) in links.iter().enumerate() {
+        for triangle in link.triangles {
+            at_triangle[triangle as usize].push(index as u32);
+        }
+    }
+    let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
+    for start in 0..mesh.triangles.len() {
+        if turned[start].is_some() {
+            continue;
+        }
+        turned[start] = Some(false);
+        let mut part = vec![start];
+        let mut queue = VecDeque::from([start]);
+        while let Some(at) = queue.pop_front() {
+            for &link in &at_triangle[at] {
+                let link = &links[link as usize];
+                let [a, b] = link.triangles.map(|triangle| triangle as usize);
+                let other = if a == at { b } else { a };
+                if turned[other].is_none() {
+                    turned[other] = turned[at].map(|turned| turned ^ link.same_way);
+                    part.push(other);
+                    queue.push_back(other);
+                }
+            }
+        }
+        let count = part.iter().filter(|&&at| turned[at] == Some(true)).count();
+        if 2 * count > part.len() {
+            for &at in &part {
+                turned[at] = turned[at].map(|turned| !turned);
+            }
+        }
+    }
+    let is_turned = |triangle: u32| turned[triangle as usize] == Some(true);
+    let count = links.len();
+    let agrees = |link: &Link| {
+        let [a, b] = link.triangles.map(is_turned);
+        (a ^ b) == link.same_way
+    };
+    let kept: Vec<Link> = links.into_iter().filter(agrees).collect();
+    mended.edges_cut += count - kept.len();
+    for (corners, turned) in mesh.triangles.iter_mut().zip(&turned) {
+        if *turned == Some(true) {
+            corners.swap(1, 2);
+            mended.turned += 1;
+        }
+    }
+    kept
+}
+
+/// Gives each fan of linked triangles at a vertex a vertex of its own; the first keeps the old one.
+fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
+    // Corner 3 t + k is the k-th of triangle t. Corners at the same vertex in linked triangles are one.
+    let mut parents: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    let corner = |mesh: &Mesh, triangle: u32, vertex: u32| {
+        let at = mesh.triangles[triangle as usize]
+            .iter()
+            .position(|&corner| corner == vertex);
+        at.map(|at| 3 * triangle + at as u32)
+    };
+    for link in links {
+        for vertex in link.edge {
+            let [a, b] = link
+                .triangles
+                .map(|triangle| corner(mesh, triangle, vertex));
+            if let (Some(a), Some(b)) = (a, b) {
+                let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+                parents[a.max(b) as usize] = a.min(b);
+            }
+        }
+    }
+    let mut vertex_of_fan: HashMap<u32, u32> = HashMap::new();
+    let mut is_used = vec![false; mesh.vertices.len()];
+    for at in 0..3 * mesh.triangles.len() {
+        let fan = root(&mut parents, at as u32);
+        let vertex = &mut mesh.triangles[at / 3][at % 3];
+        let old = *vertex as usize;
+        *vertex = *vertex_of_fan.entry(fan).or_insert_with(|| {
+            if !is_used[old] {
+                is_used[old] = true;
+                return old as u32;
+            }
+            mended.vertices_split += 1;
+            mesh.vertices.push(mesh.vertices[old]);
+            mesh.vertices.len() as u32 - 1
+        });
+    }
+}
+
+fn root(parents: &mut [u32], mut at: u32) -> u32 {
+    while parents[at as usize] != at {
+        let above = parents[parents[at as usize] as usize];
+        parents[at as usize] = above;
+        at = above;
+    }
+    at
+}
+
+/// Leaves out triangles that run along an edge as an earlier one does.
+fn drop_overfull(mesh: &mut Mesh, mended: &mut Mended) {
+    let mut taken = std::collections::HashSet::with_capacity(3 * mesh.triangles.len());
+    let before = mesh.triangles.len();
+    mesh.triangles.retain(|&corners| {
+        let is_free = sides(corners).iter().all(|side| !taken.contains(side));
+        if is_free {
+            taken.extend(sides(corners));
+        }
+        is_free
+    });
+    mended.overfull += before - mesh.triangles.len();
+}
+
+/// Turns the whole mesh over if it is inside out: if the outermost triangles, as most of them see it, look inward.
+pub(super) fn turn_outward(mesh: &mut Mesh, mended: &mut Mended) {
+    let (min, max) = mesh.bounds();
+    let centre = nalgebra::center(&min, &max).cast::<f64>();
+    // Volume of the cone over each triangle, seen from the middle: for an open mesh, that of the closed one nearly.
+    let volume: f64 = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let [a, b, c] =
+                corners.map(|corner| mesh.vertices[corner as usize].cast::<f64>() - centre);
+            a.dot(&b.cross(&c))
+        })
+        .sum();
+    if volume < 0.0 {
+        mesh.triangles
+            .iter_mut()
+            .for_each(|corners| corners.swap(1, 2));
+        mended.turned += mesh.triangles.len();
+    }
+}

@@ -1,0 +1,202 @@
+//! Outward directions of a cloud's surface.
+//!
+//! Each direction is that of the plane through a point's neighbours; the sides are made to agree along a minimum
+//! spanning tree of the neighbours' graph (Hoppe et al., SIGGRAPH 1992). Two neighbours agree if one direction, mirrored
+//! in the plane halfway between them, is nearly the other: this holds along a surface, round an edge, and also through a
+//! thin wall, whose two sides look away from each other.
+
+use std::num::NonZeroUsize;
+
+use cloud::Tree;
+use cloud::normals::Moments;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+/// One unit vector a point, outward; zero where a point's neighbours lie on one line. Points must be finite.
+pub(crate) fn estimate(points: &[Point3<f32>], neighbours: NonZeroUsize) -> Vec<Vector3<f64>> {
+    let Some(tree) = Tree::new(points) else {
+        return Vec::new();
+    };
+    // One more: the nearest to a point is the point itself.
+    let count = neighbours.saturating_add(1);
+    let near: Vec<Vec<u32>> = points
+        .par_iter()
+        .map(|point| {
+            tree.nearest_n(point, count)
+                .map(|near| near.index as u32)
+                .collect()
+        })
+        .collect();
+    let mut normals: Vec<_> = points
+        .par_iter()
+        .zip(&near)
+        .map(|(point, near)| plane(points, point, near))
+        .collect();
+    let mut sides = Sides::new(points.len());
+    sides.join_along(&edges(points, &normals, &near));
+    sides.bridge(points, &normals, &tree, count);
+    for (at, normal) in normals.iter_mut().enumerate() {
+        if sides.root(at).1 {
+            *normal = -*normal;
+        }
+    }
+    if !faces_outward(points, &normals) {
+        normals.iter_mut().for_each(|normal| *normal = -*normal);
+    }
+    normals
+}
+
+fn plane(points: &[Point3<f32>], point: &Point3<f32>, near: &[u32]) -> Vector3<f64> {
+    let mut moments = Moments::default();
+    for &index in near {
+        moments.add(&(points[index as usize] - point).cast());
+    }
+    moments
+        .plane()
+        .map(|plane| plane.normal.into_inner())
+        .unwrap_or_default()
+}
+
+/// Two points, how little is known about their sides (0 to 1), and whether these differ.
+struct Edge {
+    doubt: f64,
+    ends: [u32; 2],
+    opposite: bool,
+}
+
+impl Edge {
+    fn new(points: &[Point3<f32>], normals: &[Vector3<f64>], a: u32, b: u32) -> Self {
+        let between: Vector3<f64> = (points[b as usize] - points[a as usize]).cast();
+        let (from, to) = (&normals[a as usize], &normals[b as usize]);
+        let length_sq = between.norm_squared().max(f64::MIN_POSITIVE);
+        let mirrored = from - between * (2.0 * from.dot(&between) / length_sq);
+        let agreement = mirrored.dot(to);
+        Self {
+            doubt: 1.0 - agreement.abs(),
+            ends: [a, b],
+            opposite: agreement < 0.0,
+        }
+    }
+}
+
+/// The edges of the graph, most certain first.
+fn edges(points: &[Point3<f32>], normals: &[Vector3<f64>], near: &[Vec<u32>]) -> Vec<Edge> {
+    let mut edges: Vec<Edge> = near
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(at, near)| {
+            let at = at as u32;
+            let others = near.iter().filter(move |&&other| other != at);
+            others.map(move |&other| Edge::new(points, normals, at, other))
+        })
+        .collect();
+    edges.par_sort_by(|a, b| a.doubt.total_cmp(&b.doubt).then(a.ends.cmp(&b.ends)));
+    edges
+}
+
+/// Groups of points whose sides are known relative to each other.
+struct Sides {
+    parents: Vec<u32>,
+    /// Whether a point's side differs from its parent's.
+    opposite: Vec<bool>,
+    sizes: Vec<u32>,
+}
+
+impl Sides {
+    fn new(count: usize) -> Self {
+        Self {
+            parents: (0..count as u32).collect(),
+            opposite: vec![false; count],
+            sizes: vec![1; count],
+        }
+    }
+
+    /// The group that a point is in, and whether its side differs from the group's.
+    fn root(&self, point: usize) -> (usize, bool) {
+        let (mut at, mut opposite) = (point, false);
+        while self.parents[at] as usize != at {
+            opposite ^= self.opposite[at];
+            at = self.parents[at] as usize;
+        }
+        (at, opposite)
+    }
+
+    /// Joins two groups, the smaller to the larger, so that trees stay flat.
+    fn join(&mut self, edge: &Edge) -> bool {
+        let [(a, a_opposite), (b, b_opposite)] = edge.ends.map(|end| self.root(end as usize));
+        if a == b {
+            return false;
+        }
+        let (large, small) = if self.sizes[a] >= self.sizes[b] {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        self.parents[small] = large as u32;
+        self.opposite[small] = a_opposite ^ b_opposite ^ edge.opposite;
+        self.sizes[large] += self.sizes[small];
+        true
+    }
+
+    fn join_along(&mut self, edges: &[Edge]) {
+        for edge in edges {
+            self.join(edge);
+        }
+    }
+
+    /// Joins what the graph left apart, each group to its nearest other, until there is one.
+    fn bridge(
+        &mut self,
+        points: &[Point3<f32>],
+        normals: &[Vector3<f64>],
+        tree: &Tree,
+        count: NonZeroUsize,
+    ) {
+        let mut count = count;
+        loop {
+            let roots: Vec<usize> = (0..points.len()).map(|at| self.root(at).0).collect();
+            let Some(largest) = roots.iter().copied().max_by_key(|&root| self.sizes[root]) else {
+                return;
+            };
+            if self.sizes[largest] as usize == points.len() || count.get() > points.len() {
+                return;
+            }
+            count = count.saturating_mul(NonZeroUsize::MIN.saturating_add(1));
+            let mut found: Vec<(f32, u32, u32)> = (0..points.len())
+                .into_par_iter()
+                .filter(|&at| roots[at] != largest)
+                .filter_map(|at| {
+                    let mut near = tree.nearest_n(&points[at], count);
+                    let other = near.find(|near| roots[near.index] != roots[at])?;
+                    Some((other.distance_sq, at as u32, other.index as u32))
+                })
+                .collect();
+            found.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+            for (_, a, b) in found {
+                self.join(&Edge::new(points, normals, a, b));
+            }
+        }
+    }
+}
+
+/// Whether the outermost points look outward. They vote, in the directions of a cube's faces, edges and corners.
+fn faces_outward(points: &[Point3<f32>], normals: &[Vector3<f64>]) -> bool {
+    let steps = [-1.0, 0.0, 1.0];
+    let mut vote = 0.0;
+    for direction in steps.iter().flat_map(|&x| {
+        steps
+            .iter()
+            .flat_map(move |&y| steps.map(|z| Vector3::new(x, y, z)))
+    }) {
+        let Some(direction) = direction.try_normalize(0.0) else {
+            continue;
+        };
+        let height = |at: &usize| points[*at].coords.cast::<f64>().dot(&direction);
+        let outermost = (0..points.len()).max_by(|a, b| height(a).total_cmp(&height(b)));
+        if let Some(outermost) = outermost {
+            let along = normals[outermost].dot(&direction);
+            vote += along * along.abs();
+        }
+    }
+    vote >= 0.0
+}

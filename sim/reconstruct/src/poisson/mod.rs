@@ -1,0 +1,157 @@
+//! Poisson surface reconstruction: a function f whose gradient is the samples' normals, smoothed, and whose zero
+//! surface is the object's.
+//!
+//! After Kazhdan and Hoppe, "Screened Poisson surface reconstruction" (ACM Trans. Graph. 32, 2013), depth by depth:
+//! each level refines the one before only in cells near a sample or crossed by the surface, and takes its values around
+//! them from it. f is −½ inside, +½ outside.
+
+mod cascade;
+mod contour;
+mod lattice;
+mod level;
+mod solve;
+
+use nalgebra::{Point3, Vector3};
+
+use cascade::Cascade;
+use level::Level;
+
+pub(crate) use contour::Surface;
+
+/// Deepest depth that a lattice place's number has bits for, with room to spare.
+pub(crate) const DEPTH_MAX: u32 = 12;
+/// Depth of the first level.
+const DEPTH_FIRST: u32 = 2;
+/// Depth at which the whole cube has places; deeper levels have them near the surface only.
+const DEPTH_FULL: u32 = 5;
+/// The cube is so many times as wide as the samples: f must be free to be smooth outside.
+const ROOM: f64 = 2.2;
+/// Value of f far outside.
+const OUTSIDE: f64 = 0.5;
+/// V is spread over cells at least that many times as wide as the samples' distance.
+const SPREAD_PER_SPACING: f64 = 0.75;
+/// Cells at most that many times as wide as the samples' distance are fine enough.
+const CELL_PER_SPACING: f64 = 0.5;
+
+/// A point with the outward direction and the area of the surface that it stands for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    pub point: Point3<f64>,
+    pub normal: Vector3<f64>,
+    pub area: f64,
+}
+
+/// f, near the surface.
+pub(crate) struct Field {
+    level: Level,
+    /// Smallest corner of the cube, and its side.
+    origin: Point3<f64>,
+    side: f64,
+    /// f on the surface: the samples' mean.
+    iso: f64,
+}
+
+impl Field {
+    /// Finds f. The surface is followed where `is_near` says so of a point.
+    ///
+    /// `depth_max`: cells are at least 1.1 widths of the object, halved that often; they are not made much smaller than
+    /// the samples' distance. `screening`: weight of passing through the samples.
+    pub fn new(
+        samples: &[Sample],
+        depth_max: u32,
+        screening: f64,
+        is_near: impl Fn(&Point3<f64>) -> bool,
+    ) -> Self {
+        let (origin, side) = cube(samples);
+        let in_cube = |sample: &Sample| Sample {
+            point: ((sample.point - origin) / side).into(),
+            normal: sample.normal,
+            area: sample.area / (side * side),
+        };
+        let samples: Vec<Sample> = samples.iter().map(in_cube).collect();
+        let area: f64 = samples.iter().map(|sample| sample.area).sum();
+        let spacing = (area / samples.len().max(1) as f64).sqrt();
+        // The cube is twice as wide as in the definition of depth, hence one more.
+        let depths = DEPTH_FIRST..=depth_max.min(DEPTH_MAX) + 1;
+        let first_with_cell = |cell: f64| depths.clone().find(|&depth| level::cell(depth) <= cell);
+        let depth = first_with_cell(CELL_PER_SPACING * spacing).unwrap_or(*depths.end());
+        let spread_depth = first_with_cell(SPREAD_PER_SPACING * spacing).unwrap_or(depth + 1) - 1;
+
+        let mut cascade = Cascade::new(&samples, screening, spread_depth, DEPTH_FIRST);
+        while cascade.level.depth < depth {
+            cascade.refine(|place| is_near(&(origin + place.coords * side)));
+        }
+        let iso = mean_at(&samples, &cascade.level);
+        Self {
+            level: cascade.level,
+            origin,
+            side,
+            iso,
+        }
+    }
+
+    /// Side of the finest cells.
+    pub fn cell(&self) -> f64 {
+        self.level.cell() * self.side
+    }
+
+    /// Depth of the finest cells, of a cube 1.1 times as wide as the samples.
+    pub fn depth(&self) -> u32 {
+        self.level.depth - 1
+    }
+
+    /// The surface, by marching cubes on the finest cells.
+    pub fn contour(&self) -> Surface {
+        let mut surface = contour::contour(&self.level, self.iso);
+        for point in &mut surface.points {
+            *point = self.origin + point.coords * self.side;
+        }
+        surface
+    }
+
+    /// A point near the surface moved onto it along the gradient, and the outward normal there; `None` away from it.
+    pub fn project(&self, point: &Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> {
+        const STEPS: usize = 3;
+        let mut place = Point3::from((point - self.origin) / self.side);
+        let mut normal = Vector3::zeros();
+        for _ in 0..STEPS {
+            let (value, gradient) = self.level.value_and_gradient(&place)?;
+            let slope_sq = gradient.norm_squared();
+            if slope_sq <= f64::MIN_POSITIVE {
+                return None;
+            }
+            let step = gradient * ((value - self.iso) / slope_sq);
+            // Where f is flat a step would go anywhere.
+            let longest = self.level.cell();
+            place -= step * (longest / step.norm().max(longest));
+            normal = gradient / slope_sq.sqrt();
+        }
+        Some((self.origin + place.coords * self.side, normal))
+    }
+}
+
+/// Mean of f at the samples, by area.
+fn mean_at(samples: &[Sample], level: &Level) -> f64 {
+    let at = |sample: &Sample| {
+        let value = level.corners(&sample.point)?.of(&level.values);
+        Some((value * sample.area, sample.area))
+    };
+    let (sum, area) = samples
+        .iter()
+        .filter_map(at)
+        .fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    if area > 0.0 { sum / area } else { 0.0 }
+}
+
+/// A cube about the samples with room around them: its smallest corner and its side.
+fn cube(samples: &[Sample]) -> (Point3<f64>, f64) {
+    let empty = (Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3]));
+    let (min, max) = samples.iter().fold(empty, |(min, max), sample| {
+        (min.inf(&sample.point), max.sup(&sample.point))
+    });
+    let side = ROOM * (max - min).max();
+    (
+        nalgebra::center(&min, &max) - Vector3::repeat(side / 2.0),
+        side,
+    )
+}
