@@ -4,7 +4,7 @@ use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use sim_deform::denter::DentError;
+use sim_deform::DentError;
 use sim_objects::file::FileError;
 use sim_reconstruct::ReconstructError;
 

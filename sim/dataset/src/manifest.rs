@@ -1,7 +1,7 @@
 //! manifest.csv: one row a mesh.
 
 use serde::{Deserialize, Serialize};
-use sim_deform::denter::Dent;
+use sim_deform::Dent;
 
 use crate::object::Object;
 use crate::plan::Unit;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use sim_deform::denter::Denter;
+use sim_deform::Denter;
 use sim_objects::{Mesh, ObjectClass, Variation};
 
 use crate::error::DatasetError;

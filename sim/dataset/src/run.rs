@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use sim_deform::denter::Dent;
+use sim_deform::Dent;
 
 use crate::error::DatasetError;
 use crate::folder::{Folder, Rows, keyed};

@@ -15,7 +15,7 @@ pub struct Settings {
     /// From a scan to a mesh.
     pub reconstruct: sim_reconstruct::Settings,
     /// From a mesh to a dented one.
-    pub dent: sim_deform::denter::Settings,
+    pub dent: sim_deform::Settings,
 }
 
 impl Default for Settings {
@@ -23,7 +23,7 @@ impl Default for Settings {
         Self {
             intensities_m: vec![0.004, 0.006, 0.008, 0.010, 0.012, 0.014],
             reconstruct: sim_reconstruct::Settings::default(),
-            dent: sim_deform::denter::Settings::default(),
+            dent: sim_deform::Settings::default(),
         }
     }
 }
