@@ -35,7 +35,7 @@ impl Default for GraspSettings {
             sampling_ratio: 0.035,
             slice_m: 0.001,
             opening_max_m: 0.114,
-            finger_width_m: 0.016,
+            finger_width_m: 0.012,
             wall_max_m: 0.003,
             long_axis: None,
         }

@@ -30,7 +30,7 @@ fn grasps(mesh: &Mesh) -> Grasps {
 
 /// A vertex half-way up, on the side.
 fn middle(mesh: &Mesh, height_m: f32) -> u32 {
-    let rank = |v: &Point3<f32>| (v.z - height_m).abs() - v.coords.xy().norm();
+    let rank = |v: &Point3<f32>| 1e3 * (v.z - height_m).abs() - v.coords.xy().norm();
     let order =
         |a: &usize, b: &usize| rank(&mesh.vertices[*a]).total_cmp(&rank(&mesh.vertices[*b]));
     (0..mesh.vertices.len()).min_by(order).unwrap() as u32
@@ -132,9 +132,9 @@ fn a_pad_is_as_wide_as_the_finger_and_presses_flat() {
     let grasp = grasps(&mesh).grasp(middle(&mesh, 0.06)).unwrap();
     let handle_m = vertices_m[grasp.handles[0] as usize];
     let patch = &grasp.patches[0];
-    assert!(patch.len() > 20);
+    assert!(patch.len() > 10);
     for (index, vertex) in vertices_m.iter().enumerate() {
-        let is_under = (vertex - handle_m).norm() <= 0.008;
+        let is_under = (vertex - handle_m).norm() <= 0.006;
         assert_eq!(patch.contains(&(index as u32)), is_under);
     }
     assert_eq!(

@@ -1,6 +1,6 @@
 //! A tree of axis-parallel boxes over a mesh's triangles.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 /// Triangles in a leaf, at most.
 const LEAF_MAX: usize = 4;
@@ -20,8 +20,8 @@ enum Node {
 
 #[derive(Clone, Copy)]
 struct Aabb {
-    min: Point3<f64>,
-    max: Point3<f64>,
+    min: [f32; 3],
+    max: [f32; 3],
 }
 
 impl BoxTree {
@@ -52,7 +52,8 @@ impl BoxTree {
         if end - first > LEAF_MAX {
             let part = &mut self.order[first..end];
             let bounds = Aabb::around(part.iter().map(|&t| centres[t as usize]));
-            let axis = (bounds.max - bounds.min).imax();
+            let extent = [0, 1, 2].map(|k| bounds.max[k] - bounds.min[k]);
+            let axis = Vector3::from(extent).imax();
             let half = part.len() / 2;
             part.select_nth_unstable_by(half, |&a, &b| {
                 let [a_at, b_at] = [a, b].map(|t| centres[t as usize][axis]);
@@ -78,30 +79,29 @@ impl BoxTree {
         let boxes = Boxes::new(self, vertices_m, triangles);
         let mut pairs = vec![[0, 0]];
         while let Some([a, b]) = pairs.pop() {
-            if a != b && !boxes.nodes[a as usize].touches(&boxes.nodes[b as usize]) {
-                continue;
-            }
             match (&self.nodes[a as usize], &self.nodes[b as usize]) {
                 (&Node::Inner { children: [l, r] }, _) if a == b => {
-                    pairs.extend([[l, l], [r, r], [l, r]]);
+                    pairs.extend([[l, l], [r, r]]);
+                    boxes.push_near(l, r, &mut pairs);
                 }
-                (
-                    &Node::Leaf { first, end },
-                    &Node::Leaf {
-                        first: from,
-                        end: to,
-                    },
-                ) => {
-                    for i in first..end {
-                        for j in from.max(if a == b { i + 1 } else { from })..to {
-                            if boxes.leaves[i as usize].touches(&boxes.leaves[j as usize]) {
-                                visit(self.order[i as usize], self.order[j as usize]);
-                            }
-                        }
+                (Node::Inner { children }, Node::Inner { children: others }) => {
+                    for &a in children {
+                        others.iter().for_each(|&b| boxes.push_near(a, b, &mut pairs));
                     }
                 }
-                (&Node::Inner { children: [l, r] }, _) => pairs.extend([[l, b], [r, b]]),
-                (_, &Node::Inner { children: [l, r] }) => pairs.extend([[a, l], [a, r]]),
+                (Node::Inner { children }, _) => {
+                    children.iter().for_each(|&a| boxes.push_near(a, b, &mut pairs));
+                }
+                (_, Node::Inner { children }) => {
+                    children.iter().for_each(|&b| boxes.push_near(a, b, &mut pairs));
+                }
+                (&Node::Leaf { first, end }, &Node::Leaf { first: from, end: to }) => {
+                    for i in first..end {
+                        let from = if a == b { i + 1 } else { from };
+                        let near = (from..to).filter(|&j| boxes.are_near(i, j));
+                        near.for_each(|j| visit(self.order[i as usize], self.order[j as usize]));
+                    }
+                }
             }
         }
     }
@@ -132,29 +132,48 @@ impl Boxes {
         }
         Self { nodes, leaves }
     }
+
+    fn push_near(&self, a: u32, b: u32, pairs: &mut Vec<[u32; 2]>) {
+        if self.nodes[a as usize].touches(&self.nodes[b as usize]) {
+            pairs.push([a, b]);
+        }
+    }
+
+    fn are_near(&self, i: u32, j: u32) -> bool {
+        self.leaves[i as usize].touches(&self.leaves[j as usize])
+    }
 }
 
 impl Aabb {
     const EMPTY: Self = Self {
-        min: Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
-        max: Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+        min: [f32::INFINITY; 3],
+        max: [f32::NEG_INFINITY; 3],
     };
 
     fn around(points: impl Iterator<Item = Point3<f64>>) -> Self {
-        points.fold(Self::EMPTY, |all, point| Self {
-            min: all.min.inf(&point),
-            max: all.max.sup(&point),
-        })
+        points.fold(Self::EMPTY, |all, point| all.with(&Self::of_point(&point)))
+    }
+
+    /// Rounded outward.
+    fn of_point(point: &Point3<f64>) -> Self {
+        let near = [0, 1, 2].map(|k| point[k] as f32);
+        let by_axis = |round: &dyn Fn(f32, f64) -> f32| [0, 1, 2].map(|k| round(near[k], point[k]));
+        Self {
+            min: by_axis(&|near, exact| if f64::from(near) > exact { near.next_down() } else { near }),
+            max: by_axis(&|near, exact| if f64::from(near) < exact { near.next_up() } else { near }),
+        }
     }
 
     fn with(&self, other: &Self) -> Self {
         Self {
-            min: self.min.inf(&other.min),
-            max: self.max.sup(&other.max),
+            min: [0, 1, 2].map(|k| self.min[k].min(other.min[k])),
+            max: [0, 1, 2].map(|k| self.max[k].max(other.max[k])),
         }
     }
 
+    /// Without branches: most pairs that are asked about do touch.
     fn touches(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
+        let along = |k: usize| (self.min[k] <= other.max[k]) & (other.min[k] <= self.max[k]);
+        along(0) & along(1) & along(2)
     }
 }

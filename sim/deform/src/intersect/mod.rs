@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use sim_objects::Mesh;
 
 use boxes::BoxTree;
+use triangles::Triangles;
 
 /// Finds the self-intersections that a deformation has added to its source mesh.
 ///
@@ -51,14 +52,13 @@ impl SelfIntersections {
 
     fn pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
         let mut pairs = Vec::new();
-        self.tree
-            .for_near_pairs(vertices_m, &self.triangles, |a, b| {
-                let pair = [a.min(b), a.max(b)];
-                let [first, second] = pair.map(|index| &self.triangles[index as usize]);
-                if triangles::intersect(vertices_m, first, second) {
-                    pairs.push(pair);
-                }
-            });
+        let triangles = Triangles::new(vertices_m, &self.triangles);
+        let visit = |a: u32, b: u32| {
+            if triangles.intersect(a, b) {
+                pairs.push([a.min(b), a.max(b)]);
+            }
+        };
+        self.tree.for_near_pairs(vertices_m, &self.triangles, visit);
         pairs.sort_unstable();
         pairs
     }

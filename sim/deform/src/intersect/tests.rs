@@ -4,11 +4,14 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use sim_objects::{Mesh, ObjectClass, Variation};
 
-use super::triangles::intersect;
 use super::*;
 
 fn corners(mesh: &Mesh) -> Vec<Point3<f64>> {
     mesh.vertices.iter().map(|v| v.cast()).collect()
+}
+
+fn intersect(vertices_m: &[Point3<f64>], first: &[u32; 3], second: &[u32; 3]) -> bool {
+    Triangles::new(vertices_m, &[*first, *second]).intersect(0, 1)
 }
 
 /// Oracle: every pair, without a tree.
@@ -16,10 +19,7 @@ fn all_pairs(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<[u32; 2]
     let count = triangles.len() as u32;
     (0..count)
         .flat_map(|a| (a + 1..count).map(move |b| [a, b]))
-        .filter(|pair| {
-            let [a, b] = pair.map(|index| &triangles[index as usize]);
-            intersect(vertices_m, a, b)
-        })
+        .filter(|&[a, b]| intersect(vertices_m, &triangles[a as usize], &triangles[b as usize]))
         .collect()
 }
 
