@@ -181,7 +181,10 @@ impl Press<'_> {
 
     /// Leaves in `free` the deformation at this intensity, or the deepest free one below it.
     fn press_to(&mut self, intensity_m: f64) -> Result<(), DentError> {
-        let is_done = self.free.as_ref().is_some_and(|free| free.intensity_m == intensity_m);
+        let is_done = self
+            .free
+            .as_ref()
+            .is_some_and(|free| free.intensity_m == intensity_m);
         if !is_done && self.folded_m.is_none_or(|folded_m| intensity_m < folded_m) {
             self.attempt(intensity_m)?;
         }

@@ -86,16 +86,28 @@ impl BoxTree {
                 }
                 (Node::Inner { children }, Node::Inner { children: others }) => {
                     for &a in children {
-                        others.iter().for_each(|&b| boxes.push_near(a, b, &mut pairs));
+                        others
+                            .iter()
+                            .for_each(|&b| boxes.push_near(a, b, &mut pairs));
                     }
                 }
                 (Node::Inner { children }, _) => {
-                    children.iter().for_each(|&a| boxes.push_near(a, b, &mut pairs));
+                    children
+                        .iter()
+                        .for_each(|&a| boxes.push_near(a, b, &mut pairs));
                 }
                 (_, Node::Inner { children }) => {
-                    children.iter().for_each(|&b| boxes.push_near(a, b, &mut pairs));
+                    children
+                        .iter()
+                        .for_each(|&b| boxes.push_near(a, b, &mut pairs));
                 }
-                (&Node::Leaf { first, end }, &Node::Leaf { first: from, end: to }) => {
+                (
+                    &Node::Leaf { first, end },
+                    &Node::Leaf {
+                        first: from,
+                        end: to,
+                    },
+                ) => {
                     for i in first..end {
                         let from = if a == b { i + 1 } else { from };
                         let near = (from..to).filter(|&j| boxes.are_near(i, j));
@@ -159,8 +171,20 @@ impl Aabb {
         let near = [0, 1, 2].map(|k| point[k] as f32);
         let by_axis = |round: &dyn Fn(f32, f64) -> f32| [0, 1, 2].map(|k| round(near[k], point[k]));
         Self {
-            min: by_axis(&|near, exact| if f64::from(near) > exact { near.next_down() } else { near }),
-            max: by_axis(&|near, exact| if f64::from(near) < exact { near.next_up() } else { near }),
+            min: by_axis(&|near, exact| {
+                if f64::from(near) > exact {
+                    near.next_down()
+                } else {
+                    near
+                }
+            }),
+            max: by_axis(&|near, exact| {
+                if f64::from(near) < exact {
+                    near.next_up()
+                } else {
+                    near
+                }
+            }),
         }
     }
 

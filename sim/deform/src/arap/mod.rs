@@ -1,0 +1,30 @@
+//! As-rigid-as-possible deformation with smooth rotations (paper Eq. 1 to 3).
+//!
+//! With w the mean cotangent of the angles opposite to an edge and S the source's surface area, a deformation has the
+//! places v' and rotations R that make least
+//!
+//! E = Σᵢ Σⱼ wᵢⱼ |(v'ᵢ−v'ⱼ) − Rᵢ(vᵢ−vⱼ)|² + α·S·Σᵢ Σⱼ |Rᵢ−Rⱼ|²,
+//!
+//! j running over i's neighbours, with some vertices held where they are and some handles moved to targets. Both terms
+//! grow with the square of length, so that units do not matter.
+//!
+//! For given rotations the best places solve a sparse linear system, the same for all deformations of a source. What is
+//! left is a function of the rotations alone, close to a quadratic one. It is minimised by L-BFGS, preconditioned by
+//! what the smoothing term alone would ask.
+
+mod cholesky;
+mod energy;
+mod error;
+mod grip;
+mod handles;
+mod minimise;
+mod source;
+
+pub use cholesky::FactorFault;
+pub use error::ArapError;
+pub use grip::{Deformed, Grip};
+pub use minimise::Stop;
+pub use source::{Arap, ArapSettings};
+
+#[cfg(test)]
+mod tests;
