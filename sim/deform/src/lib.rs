@@ -1,6 +1,13 @@
 //! How a gripper dents an object: as-rigid-as-possible deformation of its mesh (paper Sec. IV).
 
 pub mod arap;
+pub mod denter;
+pub mod grasp;
+pub mod intersect;
+pub mod loss;
 mod one_ring;
+mod settings;
 
+pub use denter::{Dent, DentError, Denter};
 pub use one_ring::MeshFault;
+pub use settings::Settings;

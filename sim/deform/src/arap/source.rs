@@ -1,6 +1,7 @@
 //! What is done once for a source mesh.
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 use sim_objects::Mesh;
 
 use super::cholesky::{self, Cholesky};
@@ -11,7 +12,8 @@ use super::minimise::{Limits, Places, State, minimise};
 use crate::one_ring::{OneRings, area_m2};
 
 /// How smooth and how exact a deformation is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct ArapSettings {
     /// α of Eq. 3: how much neighbours' rotations resist to differ.
     pub smoothness: f64,

@@ -1,0 +1,222 @@
+//! One dent, from asked to done (paper Sec. IV-B 5–8).
+
+use nalgebra::Point3;
+use sim_objects::Mesh;
+
+use crate::Settings;
+use crate::arap::{Arap, ArapError, Grip, Stop};
+use crate::grasp::{Grasp, GraspError, Grasps};
+use crate::intersect::SelfIntersections;
+use crate::loss::{Loss, LossOfSource, LossWeightError};
+
+#[cfg(test)]
+mod tests;
+
+/// How finely the deepest free intensity is looked for.
+const INTENSITY_STEP_M: f64 = 0.000_25;
+
+/// Dents one object; all that is done once for it.
+pub struct Denter {
+    source: Mesh,
+    vertices_m: Vec<Point3<f64>>,
+    grasps: Grasps,
+    arap: Arap,
+    intersections: SelfIntersections,
+    loss: LossOfSource,
+}
+
+/// A dented object, and how it came about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dent {
+    /// The deformed mesh; its triangles are the source's.
+    pub mesh: Mesh,
+    /// How far each finger was to press, in metres.
+    pub asked_m: f64,
+    /// How far it pressed: less where the fingers would meet or the surface would fold through itself.
+    pub applied_m: f64,
+    /// Eq. 5.
+    pub loss: Loss,
+    /// Eq. 3.
+    pub energy_m2: f64,
+    /// Of the deformation that the mesh is from.
+    pub iterations: usize,
+    /// Why the iterations ended.
+    pub stop: Stop,
+    /// Deformations tried, this one among them; 0 where a dent before had found the deepest.
+    pub tries: usize,
+}
+
+/// An object or a grasp that cannot be dented.
+#[derive(Debug, thiserror::Error)]
+pub enum DentError {
+    /// The object cannot be grasped.
+    #[error(transparent)]
+    Grasp(#[from] GraspError),
+    /// The object cannot be deformed.
+    #[error(transparent)]
+    Arap(#[from] ArapError),
+    /// The loss has no such weights.
+    #[error(transparent)]
+    Loss(#[from] LossWeightError),
+    /// An intensity is not a number or not above zero.
+    #[error("intensity {asked_m} m: expected a number above 0")]
+    Intensity {
+        /// What was asked for.
+        asked_m: f64,
+    },
+    /// The surface would pass through itself however little it were pressed.
+    #[error(
+        "handles {} and {}: the surface passes through itself when pressed by {tried_m:.5} m",
+        handles[0], handles[1]
+    )]
+    Folds {
+        /// The grasp's handles.
+        handles: [u32; 2],
+        /// The smallest intensity that was tried, in metres.
+        tried_m: f64,
+    },
+}
+
+impl Denter {
+    /// Finds the grasps, factors the deformation's system, and builds the trees of a source mesh.
+    ///
+    /// # Errors
+    /// Settings out of range, or a mesh that cannot be grasped or deformed.
+    pub fn new(mesh: Mesh, settings: &Settings) -> Result<Self, DentError> {
+        settings.loss.validate()?;
+        let grasps = Grasps::new(&mesh, &settings.grasp)?;
+        Ok(Self {
+            arap: Arap::new(&mesh, grasps.held(), settings.arap)?,
+            intersections: SelfIntersections::of(&mesh),
+            loss: LossOfSource::new(&mesh, &settings.loss),
+            vertices_m: mesh.vertices.iter().map(|v| v.cast()).collect(),
+            grasps,
+            source: mesh,
+        })
+    }
+
+    /// Where the object can be grasped.
+    pub fn grasps(&self) -> &Grasps {
+        &self.grasps
+    }
+
+    /// The undented mesh.
+    pub fn source(&self) -> &Mesh {
+        &self.source
+    }
+
+    /// Self-intersections that the source itself has.
+    pub fn intersections(&self) -> &SelfIntersections {
+        &self.intersections
+    }
+
+    /// Dents one grasp at each asked intensity, in the order given (each deformation starts from the one before).
+    ///
+    /// No dent has a self-intersection that the source did not have: where one would appear, the intensity is lowered until
+    /// there is none. What was found to be too deep stays so for the intensities that follow.
+    ///
+    /// # Errors
+    /// [`DentError::Intensity`], or [`DentError::Folds`] where no depth is free.
+    pub fn dent(&self, grasp: &Grasp, asked_m: &[f64]) -> Result<Vec<Dent>, DentError> {
+        let mut press = Press {
+            denter: self,
+            grasp,
+            grip: self.arap.grip(&grasp.pressed())?,
+            free: None,
+            folded_m: None,
+            tries: 0,
+        };
+        asked_m.iter().map(|&asked_m| press.dent(asked_m)).collect()
+    }
+}
+
+/// One grasp being pressed, and how deep it can be.
+struct Press<'a> {
+    denter: &'a Denter,
+    grasp: &'a Grasp,
+    grip: Grip<'a>,
+    /// The last deformation found free; shallower than `folded_m`.
+    free: Option<Pressed>,
+    /// The shallowest intensity so far that made the surface pass through itself.
+    folded_m: Option<f64>,
+    tries: usize,
+}
+
+/// A deformation without new self-intersections.
+#[derive(Clone)]
+struct Pressed {
+    intensity_m: f64,
+    /// In single precision, as they are stored; what is stored is what was checked.
+    vertices_m: Vec<Point3<f32>>,
+    energy_m2: f64,
+    iterations: usize,
+    stop: Stop,
+}
+
+impl Press<'_> {
+    fn dent(&mut self, asked_m: f64) -> Result<Dent, DentError> {
+        if !(asked_m.is_finite() && asked_m > 0.0) {
+            return Err(DentError::Intensity { asked_m });
+        }
+        self.tries = 0;
+        self.press_to(asked_m.min(self.grasp.intensity_max_m))?;
+        let pressed = self.free.clone().ok_or_else(|| DentError::Folds {
+            handles: self.grasp.handles,
+            tried_m: self.folded_m.unwrap_or(asked_m),
+        })?;
+        Ok(Dent {
+            loss: self.denter.loss.of(&pressed.vertices_m),
+            mesh: Mesh {
+                vertices: pressed.vertices_m,
+                triangles: self.denter.source.triangles.clone(),
+            },
+            asked_m,
+            applied_m: pressed.intensity_m,
+            energy_m2: pressed.energy_m2,
+            iterations: pressed.iterations,
+            stop: pressed.stop,
+            tries: self.tries,
+        })
+    }
+
+    /// Leaves in `free` the deformation at this intensity, or the deepest free one below it.
+    fn press_to(&mut self, intensity_m: f64) -> Result<(), DentError> {
+        let is_done = self
+            .free
+            .as_ref()
+            .is_some_and(|free| free.intensity_m == intensity_m);
+        if !is_done && self.folded_m.is_none_or(|folded_m| intensity_m < folded_m) {
+            self.attempt(intensity_m)?;
+        }
+        while let Some(folded_m) = self.folded_m.filter(|&folded_m| folded_m <= intensity_m) {
+            let free_m = self.free.as_ref().map_or(0.0, |free| free.intensity_m);
+            if folded_m - free_m <= INTENSITY_STEP_M {
+                break;
+            }
+            self.attempt(0.5 * (free_m + folded_m))?;
+        }
+        Ok(())
+    }
+
+    /// Deforms to an intensity (Eq. 4) and sees whether triangles pass through each other that did not in the source.
+    fn attempt(&mut self, intensity_m: f64) -> Result<(), DentError> {
+        self.tries += 1;
+        let targets_m = self.grasp.targets_m(&self.denter.vertices_m, intensity_m);
+        let deformed = self.grip.deform(&targets_m)?;
+        let vertices_m: Vec<Point3<f32>> = deformed.vertices_m.iter().map(|v| v.cast()).collect();
+        let stored_m: Vec<Point3<f64>> = vertices_m.iter().map(|v| v.cast()).collect();
+        if self.denter.intersections.new_pairs(&stored_m).is_empty() {
+            self.free = Some(Pressed {
+                intensity_m,
+                vertices_m,
+                energy_m2: deformed.energy_m2,
+                iterations: deformed.iterations,
+                stop: deformed.stop,
+            });
+        } else {
+            self.folded_m = Some(intensity_m);
+            self.free.take_if(|free| free.intensity_m >= intensity_m);
+        }
+        Ok(())
+    }
+}

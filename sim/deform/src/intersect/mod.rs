@@ -1,0 +1,65 @@
+//! Self-intersections of a mesh: which pairs of triangles pass through each other.
+
+mod boxes;
+#[cfg(test)]
+mod tests;
+mod triangles;
+
+use nalgebra::Point3;
+use sim_objects::Mesh;
+
+use boxes::BoxTree;
+use triangles::Triangles;
+
+/// Finds the self-intersections that a deformation has added to its source mesh.
+///
+/// The box tree is built once over the source, and only its boxes change with the vertices. Two triangles intersect where
+/// they have a point in common beyond a shared vertex or edge; the predicates are exact.
+pub struct SelfIntersections {
+    triangles: Vec<[u32; 3]>,
+    tree: BoxTree,
+    /// The source's own, sorted.
+    known: Vec<[u32; 2]>,
+}
+
+impl SelfIntersections {
+    /// Prepares for meshes with the triangles of `source`, whose own intersections are remembered.
+    pub fn of(source: &Mesh) -> Self {
+        let vertices_m: Vec<Point3<f64>> = source.vertices.iter().map(|v| v.cast()).collect();
+        let tree = BoxTree::new(&vertices_m, &source.triangles);
+        let mut intersections = Self {
+            triangles: source.triangles.clone(),
+            tree,
+            known: Vec::new(),
+        };
+        intersections.known = intersections.pairs(&vertices_m);
+        intersections
+    }
+
+    /// Pairs of triangles that intersect in the source, each once, sorted.
+    pub fn source_pairs(&self) -> &[[u32; 2]] {
+        &self.known
+    }
+
+    /// Pairs that intersect with the vertices there but did not in the source, each once, sorted.
+    ///
+    /// `vertices_m`: as many as the source has, finite.
+    pub fn new_pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
+        let mut pairs = self.pairs(vertices_m);
+        pairs.retain(|pair| self.known.binary_search(pair).is_err());
+        pairs
+    }
+
+    fn pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
+        let mut pairs = Vec::new();
+        let triangles = Triangles::new(vertices_m, &self.triangles);
+        let visit = |a: u32, b: u32| {
+            if triangles.intersect(a, b) {
+                pairs.push([a.min(b), a.max(b)]);
+            }
+        };
+        self.tree.for_near_pairs(vertices_m, &self.triangles, visit);
+        pairs.sort_unstable();
+        pairs
+    }
+}

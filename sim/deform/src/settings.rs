@@ -1,0 +1,19 @@
+//! Settings of all that a dent takes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::arap::ArapSettings;
+use crate::grasp::GraspSettings;
+use crate::loss::LossWeights;
+
+/// How an object is grasped, deformed and judged.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// The deformation (paper Eq. 3).
+    pub arap: ArapSettings,
+    /// The gripper (Sec. IV-B).
+    pub grasp: GraspSettings,
+    /// The loss (Eq. 5).
+    pub loss: LossWeights,
+}
