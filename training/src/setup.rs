@@ -8,7 +8,7 @@ use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
 use sim_camera::{NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
-use sim_objects::{Mesh, ObjectClass, Variation, dent};
+use sim_objects::{Mesh, ObjectClass, Variation};
 
 use crate::scan_parameters::ScanParameters;
 
@@ -39,7 +39,7 @@ impl Setup {
     /// Circumstances drawn from `random`.
     ///
     /// # Errors
-    /// A dent that the object library refuses.
+    /// A dent that cannot be made.
     pub fn random(
         class: ObjectClass,
         parameters: &ScanParameters,
@@ -106,14 +106,14 @@ fn specimen(
     parameters: &ScanParameters,
     random: &mut Pcg64Mcg,
 ) -> Result<Mesh> {
-    let mesh = class.mesh(&Variation::random(random.random()));
+    let variation = Variation::random(random.random());
     let dented = !random.random_bool(parameters.undented_share);
     let squeeze_m = if dented {
         random.random_range(0.0..=parameters.squeeze_max_m)
     } else {
         0.0
     };
-    let mesh = dent(&mesh, squeeze_m, random.random())?;
+    let mesh = sim_deform::specimen(class, &variation, squeeze_m, random.random())?;
     let shift_m =
         Vector3::from_fn(|_, _| random.random_range(-1.0..=1.0)) * parameters.grasp_shift_m;
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.random_range(0.0..TAU));

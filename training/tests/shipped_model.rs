@@ -12,7 +12,7 @@ use sim_camera::{
     D435I, Noise, NoiseParameters, Placement, Scene, render_view, scan_base_from_camera,
     scan_base_from_hand,
 };
-use sim_objects::{ObjectClass, Variation, dent};
+use sim_objects::{ObjectClass, Variation};
 use training::files::{self, classify_views};
 
 fn shipped_model() -> Model {
@@ -40,7 +40,7 @@ fn view(scene: &Scene, placement: &Placement, noise: &mut Noise) -> Vec<Point3<f
 
 /// The object in the hand, from three views as in the demo.
 fn scan(class: ObjectClass, seed: u64) -> Vec<Point3<f32>> {
-    let object = dent(&class.mesh(&Variation::random(seed)), 0.008, seed).unwrap();
+    let object = sim_deform::specimen(class, &Variation::random(seed), 0.008, seed).unwrap();
     let scene = Scene::holding(&object);
     let mut noise = Noise::new(NoiseParameters::default(), seed).unwrap();
     let mut registrar = Registrar::new(Default::default()).unwrap();

@@ -10,7 +10,7 @@ use sim_camera::{
     D435I, Noise, NoiseParameters, Placement, Renderer, Scene, scan_base_from_camera,
     scan_base_from_hand,
 };
-use sim_objects::{ObjectClass, Variation, dent};
+use sim_objects::{ObjectClass, Variation};
 
 const FRAMES: u32 = 100;
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map_or(Ok(1.25), |text| text.parse())?;
     let mut renderer = Renderer::new(camera.clone());
     for (seed, class) in (1..).zip(ObjectClass::ALL) {
-        let object = dent(&class.mesh(&Variation::random(seed)), 0.010, seed)?;
+        let object = sim_deform::specimen(class, &Variation::random(seed), 0.010, seed)?;
         let scene = Scene::holding(&object);
         let placement =
             Placement::in_base(&scan_base_from_camera(), &scan_base_from_hand(wrist_rad));

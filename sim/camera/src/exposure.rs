@@ -7,8 +7,9 @@ use msg::Time;
 use nalgebra::Isometry3;
 use node::Transforms;
 use node::transforms::TransformError;
-use sim_camera::{D435I, DepthImage, Noise, Parameters, Placement, Playback, Renderer, Scene};
-use sim_objects::{DentError, ObjectClass, Variation, dent};
+use sim_camera::{
+    D435I, DepthImage, Held, HeldError, Noise, Parameters, Placement, Playback, Renderer, Scene,
+};
 
 use crate::messages;
 
@@ -33,13 +34,10 @@ pub struct Simulated {
     noise: Option<Noise>,
 }
 
-/// The hand with an object, or empty. The seed tells where the dent is and how the specimen differs from the table.
-pub fn hold(class: Option<ObjectClass>, squeeze_m: f64, seed: u64) -> Result<Scene, DentError> {
-    let Some(class) = class else {
-        return Ok(Scene::empty_handed());
-    };
-    let object = class.mesh(&Variation::random(seed));
-    Ok(Scene::holding(&dent(&object, squeeze_m, seed)?))
+/// The hand with an object, or empty.
+pub fn hold(held: &Held, squeeze_m: f64, seed: u64) -> Result<Scene, HeldError> {
+    let object = held.mesh(squeeze_m, seed)?;
+    Ok(object.map_or_else(Scene::empty_handed, |object| Scene::holding(&object)))
 }
 
 impl Source {

@@ -7,6 +7,7 @@
 //! Frames: optical (x right, y down, z forward), `left_hand` and Baxter's `base`; metres throughout.
 
 mod gripper;
+mod held;
 mod image;
 mod intrinsics;
 mod noise;
@@ -17,6 +18,7 @@ mod raster;
 mod scene;
 mod stereo;
 
+pub use held::{Held, HeldError};
 pub use image::{DepthImage, InverseDepth};
 pub use intrinsics::{D435I, Intrinsics, deproject, project};
 pub use noise::{Noise, NoiseParameters};

@@ -18,7 +18,7 @@ use msg::deformable_cobot::{
 use msg::sensor_msgs::{CameraInfo, Image};
 use node::transforms::TransformError;
 use node::{Latch, Level, Node, Publisher, Server};
-use sim_camera::{Parameters, Playback, Scene};
+use sim_camera::{Held, Parameters, Playback, Scene};
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::time::{MissedTickBehavior, interval};
 
@@ -74,8 +74,11 @@ fn set_up(node: &Node, parameters: &Parameters) -> anyhow::Result<(Source, Serve
         let service = offer_rotate_wrist(node, &playback)?;
         return Ok((Source::Recorded(playback), service));
     }
-    let class = parameters.object_class()?;
-    let scene = hold(class, parameters.squeeze_m, parameters.seed.into())?;
+    let scene = hold(
+        &parameters.held(),
+        parameters.squeeze_m,
+        parameters.seed.into(),
+    )?;
     let scene = Arc::new(Mutex::new(scene));
     let service = offer_hold_object(node, &scene)?;
     let source = Source::simulated(scene, node.transforms()?, parameters)?;
@@ -101,11 +104,8 @@ fn offer_hold_object(node: &Node, scene: &Arc<Mutex<Scene>>) -> anyhow::Result<S
 }
 
 fn held(request: &HoldObjectReq) -> anyhow::Result<Scene> {
-    let class = match request.object.as_str() {
-        "" => None,
-        name => Some(name.parse()?),
-    };
-    Ok(hold(class, request.squeeze, request.seed)?)
+    let Ok(held) = request.object.parse::<Held>();
+    Ok(hold(&held, request.squeeze, request.seed)?)
 }
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {

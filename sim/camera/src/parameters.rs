@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
-use sim_objects::{ObjectClass, SQUEEZE_MAX_M};
+use sim_deform::SQUEEZE_MAX_M;
+use sim_objects::ObjectClass;
 
+use crate::held::Held;
 use crate::noise::NoiseParameters;
 use crate::playback::CaptureFrame;
 
@@ -13,9 +15,9 @@ use crate::playback::CaptureFrame;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// Object in the hand at the start; empty: none.
+    /// Object in the hand at the start: a name, or the path of a mesh (PLY or OBJ, millimetres, +z up); empty: none.
     pub object: String,
-    /// Depth of its dent, in metres.
+    /// How far each finger has dented it, in metres.
     pub squeeze_m: f64,
     /// Draws the dent's place and the noise.
     pub seed: u32,
@@ -61,21 +63,20 @@ impl Default for Parameters {
 impl Parameters {
     /// Refuses what cannot be meant.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        self.object_class()?;
+        if let Held::Unknown(_) = self.held() {
+            let names = ObjectClass::ALL.map(ObjectClass::name).join(", ");
+            let expected = format!("empty, the path of a .ply or .obj mesh, or one of {names}");
+            return Err(ParameterError::new("object", &self.object, expected));
+        }
         in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
         in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
         self.noise_model.validate()
     }
 
     /// The object in the hand at the start.
-    pub fn object_class(&self) -> Result<Option<ObjectClass>, ParameterError> {
-        let names = || ObjectClass::ALL.map(ObjectClass::name).join(", ");
-        match self.object.as_str() {
-            "" => Ok(None),
-            name => name.parse().map(Some).map_err(|_| {
-                ParameterError::new("object", name, format!("empty or one of {}", names()))
-            }),
-        }
+    pub fn held(&self) -> Held {
+        let Ok(held) = self.object.parse();
+        held
     }
 
     /// The folder of recorded captures, if any are to be played.
@@ -102,7 +103,7 @@ mod tests {
     fn the_defaults_are_valid_and_hold_nothing() {
         let parameters = Parameters::default();
         parameters.validate().unwrap();
-        assert_eq!(parameters.object_class(), Ok(None));
+        assert_eq!(parameters.held(), Held::Nothing);
         assert_eq!(
             (parameters.captures_folder(), parameters.capture_frame()),
             (None, None)

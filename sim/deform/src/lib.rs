@@ -7,7 +7,9 @@ pub mod intersect;
 pub mod loss;
 mod one_ring;
 mod settings;
+mod specimen;
 
 pub use denter::{Dent, DentError, Denter};
 pub use one_ring::MeshFault;
 pub use settings::Settings;
+pub use specimen::{SQUEEZE_MAX_M, SqueezeError, specimen, squeeze};

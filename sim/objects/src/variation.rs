@@ -34,7 +34,8 @@ impl Variation {
         }
     }
 
-    pub(crate) fn apply(&self, mesh: &mut Mesh) {
+    /// Scales a mesh whose size is that of the table.
+    pub fn apply(&self, mesh: &mut Mesh) {
         for vertex in &mut mesh.vertices {
             vertex.x *= self.width_scale;
             vertex.y *= self.width_scale;

@@ -3,7 +3,7 @@ use crate::{D435I, deproject};
 use nalgebra::{Translation3, UnitQuaternion};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::{ObjectClass, Variation, dent};
+use sim_objects::{ObjectClass, Variation};
 
 const SMALL_CAMERA: Intrinsics = Intrinsics {
     width: 96,
@@ -193,8 +193,8 @@ fn every_pixel_is_that_of_a_ray_cast() {
 
 #[test]
 fn a_closed_object_has_no_cracks() {
-    let can = ObjectClass::MediumCan.mesh(&Variation::NONE);
-    let scene = scene_of(dent(&can, 0.01, 4).unwrap_or_default());
+    let can = sim_deform::specimen(ObjectClass::MediumCan, &Variation::NONE, 0.01, 4);
+    let scene = scene_of(can.unwrap_or_default());
     let placement = Placement::in_base(
         &crate::scan_base_from_camera(),
         &crate::scan_base_from_hand(0.3),

@@ -1,0 +1,162 @@
+//! Dented specimens of the eight objects, for whoever wants one and not a dataset.
+
+use std::sync::OnceLock;
+
+use sim_objects::{Mesh, ObjectClass, Variation};
+
+use crate::{DentError, Denter, Settings};
+
+/// Deepest dent that may be asked for; a dent is shallower where the fingers would meet or the surface would fold.
+pub const SQUEEZE_MAX_M: f64 = 0.015;
+
+/// An object that cannot be dented so.
+#[derive(Debug, thiserror::Error)]
+pub enum SqueezeError {
+    /// The depth is not a number, negative or too large.
+    #[error("squeeze is {squeeze_m} m: expected 0 to {SQUEEZE_MAX_M} m")]
+    Range {
+        /// What was asked for.
+        squeeze_m: f64,
+    },
+    /// No grasp of the object can be pressed.
+    #[error(
+        "the gripper finds no place on this object that it can press; is it wider than the gripper opens?"
+    )]
+    NoGrasp,
+    /// The object cannot be grasped or deformed.
+    #[error(transparent)]
+    Dent(#[from] DentError),
+}
+
+/// A specimen of a class in the object frame: dented by `squeeze_m` from each side where `seed` says, its size off the
+/// table's by `variation`. A squeeze of 0 changes nothing.
+///
+/// What is done once for a class is kept for the next specimen of it.
+///
+/// # Errors
+/// [`SqueezeError::Range`].
+pub fn specimen(
+    class: ObjectClass,
+    variation: &Variation,
+    squeeze_m: f64,
+    seed: u64,
+) -> Result<Mesh, SqueezeError> {
+    static DENTERS: [OnceLock<Denter>; ObjectClass::ALL.len()] =
+        [const { OnceLock::new() }; ObjectClass::ALL.len()];
+    check(squeeze_m)?;
+    let mut mesh = class.mesh(&Variation::NONE);
+    if squeeze_m > 0.0 {
+        let place = &DENTERS[class as usize];
+        let denter = match place.get() {
+            Some(denter) => denter,
+            None => {
+                let fresh = Denter::new(mesh, &Settings::default())?;
+                place.get_or_init(|| fresh)
+            }
+        };
+        mesh = squeezed(denter, squeeze_m, seed)?;
+    }
+    variation.apply(&mut mesh);
+    Ok(mesh)
+}
+
+/// Any mesh dented by `squeeze_m` from each side where `seed` says. A squeeze of 0 changes nothing.
+///
+/// # Errors
+/// [`SqueezeError`], with the reason.
+pub fn squeeze(mesh: Mesh, squeeze_m: f64, seed: u64) -> Result<Mesh, SqueezeError> {
+    check(squeeze_m)?;
+    if squeeze_m == 0.0 {
+        return Ok(mesh);
+    }
+    let denter = Denter::new(mesh, &Settings::default())?;
+    squeezed(&denter, squeeze_m, seed)
+}
+
+fn check(squeeze_m: f64) -> Result<(), SqueezeError> {
+    if (0.0..=SQUEEZE_MAX_M).contains(&squeeze_m) {
+        Ok(())
+    } else {
+        Err(SqueezeError::Range { squeeze_m })
+    }
+}
+
+/// Presses the first grasp, in the order of the seed, that the gripper can take and that gives way.
+fn squeezed(denter: &Denter, squeeze_m: f64, seed: u64) -> Result<Mesh, SqueezeError> {
+    let grasps = denter.grasps();
+    for handle in grasps.order(seed) {
+        let Ok(grasp) = grasps.grasp(handle) else {
+            continue;
+        };
+        match denter.dent(&grasp, &[squeeze_m]) {
+            Ok(dents) => {
+                return dents
+                    .into_iter()
+                    .next()
+                    .map(|dent| dent.mesh)
+                    .ok_or(SqueezeError::NoGrasp);
+            }
+            Err(DentError::Folds { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Err(SqueezeError::NoGrasp)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn a_squeeze_of_zero_is_the_specimen_undented() {
+        for class in ObjectClass::ALL {
+            let variation = Variation::random(3);
+            assert_eq!(
+                specimen(class, &variation, 0.0, 1).unwrap(),
+                class.mesh(&variation)
+            );
+        }
+    }
+
+    #[test]
+    fn every_object_is_dented_where_the_seed_says_and_stays_closed() {
+        for (class, seed) in ObjectClass::ALL.into_iter().zip(5..) {
+            println!("{class}, seed {seed}");
+            let dented = |seed| specimen(class, &Variation::NONE, 0.008, seed).unwrap();
+            let (whole, first) = (class.mesh(&Variation::NONE), dented(seed));
+            assert_eq!(first, dented(seed));
+            assert_ne!(first, dented(seed + 100));
+            assert!(first.is_closed_manifold());
+            // What a cup's mesh encloses is its walls.
+            assert!(class.name().ends_with("cup") || first.volume_m3() < whole.volume_m3());
+            let moved = |(a, b): (&nalgebra::Point3<f32>, &nalgebra::Point3<f32>)| (a - b).norm();
+            let deepest_m = whole
+                .vertices
+                .iter()
+                .zip(&first.vertices)
+                .map(moved)
+                .fold(0.0, f32::max);
+            assert!((0.006..0.0085).contains(&deepest_m), "{deepest_m} m");
+            let moved_at_ends = whole
+                .vertices
+                .iter()
+                .zip(&first.vertices)
+                .filter(|(v, _)| v.z == 0.0)
+                .map(moved);
+            assert_eq!(moved_at_ends.fold(0.0, f32::max), 0.0, "the bottom stays");
+        }
+    }
+
+    #[test]
+    fn an_impossible_squeeze_is_refused_by_value() {
+        for squeeze_m in [-0.001, 0.0151, f64::NAN, f64::INFINITY] {
+            let refused = specimen(ObjectClass::TinyBall, &Variation::NONE, squeeze_m, 0);
+            let text = refused.unwrap_err().to_string();
+            assert!(
+                text.contains(&squeeze_m.to_string()) && text.contains("0.015"),
+                "{text}"
+            );
+        }
+    }
+}
