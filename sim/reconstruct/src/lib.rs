@@ -7,6 +7,7 @@
 mod check;
 mod clean;
 mod downsample;
+mod edges;
 mod normals;
 mod poisson;
 mod remesh;

@@ -5,8 +5,8 @@ use std::fmt;
 use serde::Serialize;
 use sim_objects::Mesh;
 
-use crate::check::boundary_loops;
 use crate::clean::Mended;
+use crate::edges::boundary_loops;
 
 /// How points became a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,8 +19,6 @@ pub struct FromPoints {
     pub normals_estimated: bool,
     /// Mean distance of those points.
     pub spacing_m: f64,
-    /// Depth reached.
-    pub depth: u32,
     /// Side of the finest cells.
     pub cell_m: f64,
     /// Triangles left out because no points supported them.

@@ -57,7 +57,6 @@ pub(crate) fn from_points(
         voxel_m,
         normals_estimated: scan.normals.is_none(),
         spacing_m,
-        depth: field.depth(),
         cell_m: field.cell(),
         trimmed,
         seconds,

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::check::sides;
+use crate::edges::sides;
 use crate::poisson::Surface;
 
 /// Least cosine between a triangle's normals before and after a change.
@@ -13,6 +13,8 @@ pub(super) struct Connected {
     pub points: Vec<Point3<f64>>,
     triangles: Vec<Option<[u32; 3]>>,
     at: Vec<Vec<u32>>,
+    /// Whether a vertex lies on an edge with one triangle; nothing done here changes that.
+    on_boundary: Vec<bool>,
 }
 
 impl Connected {
@@ -23,11 +25,21 @@ impl Connected {
                 at[corner as usize].push(index as u32);
             }
         }
-        Self {
+        let mut connected = Self {
+            on_boundary: vec![false; surface.points.len()],
             points: surface.points,
             triangles: surface.triangles.into_iter().map(Some).collect(),
             at,
-        }
+        };
+        connected.on_boundary = (0..connected.points.len() as u32)
+            .map(|vertex| {
+                connected
+                    .ring(vertex)
+                    .iter()
+                    .any(|&(_, is_boundary)| is_boundary)
+            })
+            .collect();
+        connected
     }
 
     /// The triangles that are left, with the vertices that they use.
@@ -57,20 +69,29 @@ impl Connected {
         (self.points[a as usize] - self.points[b as usize]).norm()
     }
 
+    /// All edges.
+    pub fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
+        let directed = self
+            .triangles
+            .iter()
+            .flatten()
+            .flat_map(|&corners| sides(corners));
+        // Each edge once: from its smaller end, or in the one direction that a boundary's has.
+        let is_wanted = |&(from, to): &(u32, u32)| {
+            from < to
+                || self.is_boundary(from)
+                    && self.is_boundary(to)
+                    && self.triangles_on(from, to).count() == 1
+        };
+        directed.filter(is_wanted).map(|(from, to)| [from, to])
+    }
+
     /// The edges whose length is wanted, shortest first.
     pub fn edges_by_length(&self, is_wanted: impl Fn(f64) -> bool) -> Vec<[u32; 2]> {
-        let mut edges: Vec<(f64, [u32; 2])> = Vec::new();
-        for &corners in self.triangles.iter().flatten() {
-            for (from, to) in sides(corners) {
-                // Each edge once: from its smaller end, or as a boundary.
-                if from < to || self.triangles_on(from, to).count() == 1 {
-                    let length = self.length(from, to);
-                    if is_wanted(length) {
-                        edges.push((length, [from, to]));
-                    }
-                }
-            }
-        }
+        let with_length = self.edges().map(|[a, b]| (self.length(a, b), [a, b]));
+        let mut edges: Vec<_> = with_length
+            .filter(|&(length, _)| is_wanted(length))
+            .collect();
         edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges.into_iter().map(|(_, edge)| edge).collect()
     }
@@ -108,19 +129,18 @@ impl Connected {
     }
 
     pub fn is_boundary(&self, vertex: u32) -> bool {
-        self.ring(vertex)
-            .iter()
-            .any(|&(_, is_boundary)| is_boundary)
+        self.on_boundary[vertex as usize]
     }
 
+    /// Number of edges at a vertex.
     pub fn valence(&self, vertex: u32) -> usize {
-        self.ring(vertex).len()
+        self.at[vertex as usize].len() + usize::from(self.is_boundary(vertex))
     }
 
     /// The vertices that one slides between: its neighbours, on a boundary the two along it.
     pub fn smoothing_ring(&self, vertex: u32) -> Vec<u32> {
         let ring = self.ring(vertex);
-        let is_boundary = ring.iter().any(|&(_, is_boundary)| is_boundary);
+        let is_boundary = self.is_boundary(vertex);
         let wanted = ring
             .into_iter()
             .filter(|&(_, on_boundary)| on_boundary == is_boundary);
@@ -164,6 +184,7 @@ impl Connected {
         let on: Vec<u32> = self.triangles_on(a, b).collect();
         self.points.push(place);
         self.at.push(Vec::with_capacity(6));
+        self.on_boundary.push(on.len() == 1);
         for triangle in on {
             let corners = self.corners(triangle);
             let with = |old: u32| corners.map(|corner| if corner == old { middle } else { corner });
@@ -182,14 +203,13 @@ impl Connected {
     /// Makes one vertex of an edge's two, unless that would fold or pinch the surface or make an edge longer than
     /// `longest`.
     pub fn collapse(&mut self, a: u32, b: u32, longest: f64) -> bool {
-        let (ring_a, ring_b) = (self.ring(a), self.ring(b));
-        let on_boundary = |ring: &[(u32, bool)]| ring.iter().any(|&(_, is_boundary)| is_boundary);
-        let (boundary_a, boundary_b) = (on_boundary(&ring_a), on_boundary(&ring_b));
+        let (boundary_a, boundary_b) = (self.is_boundary(a), self.is_boundary(b));
         let on: Vec<u32> = self.triangles_on(a, b).collect();
         // Two vertices of a boundary joined across the surface would pinch it.
         if boundary_a && boundary_b && on.len() == 2 {
             return false;
         }
+        let (ring_a, ring_b) = (self.ring(a), self.ring(b));
         let shared: Vec<u32> = ring_a
             .iter()
             .filter(|(other, _)| ring_b.iter().any(|(of_b, _)| of_b == other))
@@ -252,6 +272,7 @@ impl Connected {
             self.at[a as usize].push(triangle);
         }
         self.points[a as usize] = place;
+        self.on_boundary[a as usize] |= self.on_boundary[b as usize];
     }
 
     /// Replaces the edge from `a` to `b` by that between the third vertices, unless that folds the surface.
