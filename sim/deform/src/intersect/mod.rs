@@ -43,7 +43,7 @@ impl SelfIntersections {
 
     /// Pairs that intersect with the vertices there but did not in the source, each once, sorted.
     ///
-    /// `vertices_m`: as many as the source has, finite.
+    /// `vertices_m`: as many as the source has, finite, in the source's unit.
     pub fn new_pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
         let mut pairs = self.pairs(vertices_m);
         pairs.retain(|pair| self.known.binary_search(pair).is_err());
