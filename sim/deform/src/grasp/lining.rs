@@ -7,6 +7,9 @@ use sim_objects::Mesh;
 use super::Grasps;
 use super::surface::normals;
 
+#[cfg(test)]
+mod tests;
+
 /// Largest cosine between the normals of two walls that lie back to back.
 const BACK_TO_BACK_MAX: f64 = -0.7;
 
@@ -40,7 +43,12 @@ impl Lining {
             .collect();
         let places: Vec<Point3<f32>> = outer.iter().map(|&v| mesh.vertices[v as usize]).collect();
         let mut around = vec![Vec::new(); mesh.vertices.len()];
-        for triangle in &mesh.triangles {
+        let is_outer = |v: &u32| outer.binary_search(v).is_ok();
+        for triangle in mesh
+            .triangles
+            .iter()
+            .filter(|triangle| triangle.iter().all(is_outer))
+        {
             triangle
                 .iter()
                 .for_each(|&v| around[v as usize].push(*triangle));
