@@ -45,6 +45,13 @@ pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -
             length *= ratio.sqrt().clamp(0.8, 1.25);
         }
     }
+    // What was refused to slide still lies off the surface.
+    let settled: Vec<Point3<f64>> = mesh
+        .points
+        .par_iter()
+        .map(|point| project(point).map_or(*point, |(place, _)| place))
+        .collect();
+    mesh.move_unfolded(&settled);
     mesh.into_surface()
 }
 
