@@ -111,9 +111,11 @@ fn refuse_flat(points: &[Point3<f32>]) -> Result<(), ReconstructError> {
     for point in points {
         moments.add(&(point - points[0]).cast());
     }
-    let [thickness_m, _, width_m] = moments
+    // Points on a line have no plane.
+    let thickness_m = moments
         .plane()
-        .map_or([0.0; 3], |plane| plane.variances.map(f64::sqrt));
+        .map_or(0.0, |plane| plane.variances[0].sqrt());
+    let width_m = cloud::bounds(points).map_or(0.0, |bounds| f64::from(bounds.extent().norm()));
     if thickness_m <= THICKNESS_MIN * width_m {
         return Err(ReconstructError::Flat {
             thickness_m,

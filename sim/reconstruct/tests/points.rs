@@ -21,7 +21,27 @@ fn reconstruct(scan: &Scan) -> (Mesh, Report) {
         "{} vertices",
         mesh.vertices.len()
     );
+    assert_is_even(&mesh);
     (mesh, report)
+}
+
+/// 4√3 area / Σ edge² is 1 for an equilateral triangle and 0 for a flat one.
+fn assert_is_even(mesh: &Mesh) {
+    let shapes: Vec<f64> = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize].cast::<f64>());
+            let edges_sq = (b - a).norm_squared() + (c - b).norm_squared() + (a - c).norm_squared();
+            2.0 * 3.0_f64.sqrt() * (b - a).cross(&(c - a)).norm() / edges_sq
+        })
+        .collect();
+    let worst = shapes.iter().copied().fold(1.0, f64::min);
+    let mean = shapes.iter().sum::<f64>() / shapes.len() as f64;
+    assert!(
+        worst > 0.2 && mean > 0.95,
+        "triangles' shapes: mean {mean}, worst {worst}"
+    );
 }
 
 fn assert_is_the_ball(mesh: &Mesh) {

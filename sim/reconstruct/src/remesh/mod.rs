@@ -3,6 +3,7 @@
 //! After Botsch and Kobbelt, "A remeshing approach to multiresolution modeling" (SGP 2004): long edges are split, short
 //! ones collapsed, edges turned where that evens out how many meet at a vertex, and vertices slid along the surface.
 
+mod change;
 mod connect;
 
 use nalgebra::{Point3, Vector3};
