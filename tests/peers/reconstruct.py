@@ -2,9 +2,10 @@
 
 usage: reconstruct.py PROGRAM SCAN...
 
-PROGRAM is `cargo build --release -p sim_reconstruct --example reconstruct`'s. Needs numpy and open3d. Open3D gets the same
-points and normals, depth 9. Its surface has balloons over the holes; what is farther than 3 mm from any point is cut off
-before distances are measured. Distances in millimetres: from points to surface, and from surface to points.
+PROGRAM is what `cargo build --release -p sim_reconstruct --example reconstruct` makes. Needs numpy and open3d. Open3D
+gets the same points and normals, depth 9. Its surface has balloons over the holes; what is farther than 3 mm from any
+point is cut off before distances are measured. Distances in millimetres: from points to surface, and from surface to
+points.
 """
 
 import json
@@ -47,19 +48,20 @@ def open3ds(cloud):
     start = time.perf_counter()
     mesh, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(cloud, depth=9)
     seconds = time.perf_counter() - start
-    far = np.asarray(o3d.geometry.PointCloud(mesh.vertices).compute_point_cloud_distance(cloud)) > BALLOON_MM
-    mesh.remove_vertices_by_mask(far)
+    far = np.asarray(o3d.geometry.PointCloud(mesh.vertices).compute_point_cloud_distance(cloud))
+    mesh.remove_vertices_by_mask(far > BALLOON_MM)
     return mesh, seconds
 
 
 def main(program, *scans):
-    print(f"{'scan':12} {'by':7} {'s':>6} {'vertices':>8}   {'to surface: RMS, max':>20}   {'to points: RMS, max':>20}")
+    print(f"{'scan':12} {'by':7} {'s':>6} {'vertices':>8}   to surface: RMS, max   to points: RMS, max")
     with tempfile.TemporaryDirectory() as folder:
         for scan in map(pathlib.Path, scans):
             source = o3d.io.read_triangle_mesh(str(scan))
             cloud = o3d.geometry.PointCloud(source.vertices)
             cloud.normals = source.vertex_normals
-            for name, (mesh, seconds) in (("ours", ours(program, cloud, pathlib.Path(folder))), ("open3d", open3ds(cloud))):
+            results = {"ours": ours(program, cloud, pathlib.Path(folder)), "open3d": open3ds(cloud)}
+            for name, (mesh, seconds) in results.items():
                 (there, there_max), (back, back_max) = to_surface_and_back(mesh, cloud)
                 print(f"{scan.stem:12} {name:7} {seconds:6.2f} {len(mesh.vertices):8}   {there:10.4f} {there_max:9.3f}"
                       f"   {back:10.4f} {back_max:9.3f}", flush=True)

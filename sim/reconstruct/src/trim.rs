@@ -7,14 +7,14 @@ use rayon::prelude::*;
 use crate::check;
 use crate::poisson::{Field, Surface};
 
-/// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which it
-/// lies outside them. On the straight edge of a surface it is 4/(3π) = 0.42.
+/// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which
+/// it lies outside them. On the straight edge of a surface it is 4/(3π) = 0.42.
 const OFF_CENTRE_MAX: f64 = 0.45;
 /// Nearer to a sample than that share of the reach, a surface point stays in any case: a corner of the samples is thin.
 const NEAR: f64 = 0.15;
 
-/// Leaves out the parts of a surface beyond the samples' edge and says how many triangles that were. Holes of the samples
-/// narrower than about `reach_m` stay closed, since there are samples on all sides of them.
+/// Leaves out the parts of a surface beyond the samples' edge and says how many triangles that were. Holes of the
+/// samples narrower than about `reach_m` stay closed, since there are samples on all sides of them.
 pub(crate) fn trim(
     surface: &mut Surface,
     field: &Field,

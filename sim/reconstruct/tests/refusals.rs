@@ -76,10 +76,11 @@ fn what_is_not_finite_or_not_there() {
 }
 
 #[test]
-fn normals_that_point_nowhere_are_refused_or_borne() {
+fn points_whose_normals_point_nowhere_do_not_count() {
     let mut scan = scan_of(&ball(0.03), 2000, 0.0, 3);
-    scan.normals = Some(vec![Vector3::zeros(); 2000]);
-    assert!(mesh_from_scan(&scan, &Settings::default()).is_err());
+    let normals = scan.normals.as_mut().unwrap();
+    normals[..1950].fill(Vector3::zeros());
+    assert_eq!(refusal(&scan), ReconstructError::TooFewPoints { count: 50 });
 }
 
 #[test]

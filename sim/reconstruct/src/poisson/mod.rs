@@ -157,3 +157,6 @@ fn extent(samples: &[Sample]) -> (Point3<f64>, f64) {
     });
     (nalgebra::center(&min, &max), (max - min).max())
 }
+
+#[cfg(test)]
+mod tests;

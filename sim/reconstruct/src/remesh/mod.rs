@@ -3,6 +3,7 @@
 //! After Botsch and Kobbelt, "A remeshing approach to multiresolution modeling" (SGP 2004): long edges are split, short
 //! ones collapsed, edges turned where that evens out how many meet at a vertex, and vertices slid along the surface.
 
+mod change;
 mod connect;
 
 use nalgebra::{Point3, Vector3};
@@ -45,6 +46,13 @@ pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -
             length *= ratio.sqrt().clamp(0.8, 1.25);
         }
     }
+    // What was refused to slide still lies off the surface.
+    let settled: Vec<Point3<f64>> = mesh
+        .points
+        .par_iter()
+        .map(|point| project(point).map_or(*point, |(place, _)| place))
+        .collect();
+    mesh.move_unfolded(&settled);
     mesh.into_surface()
 }
 
