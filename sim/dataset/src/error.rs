@@ -5,6 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use sim_deform::DentError;
+use sim_deform::arap::ArapError;
+use sim_deform::grasp::GraspError;
 use sim_objects::file::FileError;
 use sim_reconstruct::ReconstructError;
 
@@ -225,13 +227,20 @@ pub fn describe(error: &dyn Error) -> String {
 impl DatasetError {
     /// Whether other arguments are the remedy, not another state of the machine.
     pub fn is_usage(&self) -> bool {
-        matches!(
-            self,
+        match self {
+            Self::Reconstruct { source, .. } => matches!(source, ReconstructError::Setting { .. }),
+            Self::Dent { source, .. } => matches!(
+                source,
+                DentError::Grasp(GraspError::Setting { .. })
+                    | DentError::Arap(ArapError::Setting { .. })
+                    | DentError::Loss(_)
+            ),
             Self::SameName { .. }
-                | Self::BadName { .. }
-                | Self::Settings { .. }
-                | Self::CountTooLarge { .. }
-        )
+            | Self::BadName { .. }
+            | Self::Settings { .. }
+            | Self::CountTooLarge { .. } => true,
+            _ => false,
+        }
     }
 
     /// Turns the system's refusal into an error that says what was tried with which file.

@@ -53,7 +53,7 @@ fn draw(path: &Path, title: &str, rows: &[Row]) -> Result<(), DatasetError> {
         path: path.to_path_buf(),
         reason,
     };
-    let font = epaint_default_fonts::HACK_REGULAR;
+    let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT, FontStyle::Normal, font)
         .map_err(|_| refuse("its font is damaged".to_owned()))?;
     let file = unfinished(path, ".png")?;
@@ -108,8 +108,10 @@ fn fill<'a>(area: &Area<'a>, title: &str, groups: &[Group]) -> DrawResult<'a> {
     chart
         .configure_mesh()
         .disable_x_mesh()
+        .max_light_lines(0)
         .x_labels(2 * groups.len() + 1)
         .x_label_formatter(&name)
+        .y_label_formatter(&|loss| format!("{}", (loss * 1e6).round() / 1e6))
         .x_desc("asked intensity (mm)")
         .y_desc("deformation loss")
         .label_style((FONT, 16))

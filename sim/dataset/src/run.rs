@@ -146,10 +146,8 @@ impl<'a> Run<'a> {
     }
 
     fn make_folders(&self) -> Result<(), DatasetError> {
-        let objects = self.objects.iter();
-        objects
-            .map(|object| self.folder.make_object(&object.name))
-            .collect()
+        let mut objects = self.objects.iter();
+        objects.try_for_each(|object| self.folder.make_object(&object.name))
     }
 
     /// Makes the meshes of one grasp. Where it cannot be dented, its meshes keep their numbers, and rows say why they

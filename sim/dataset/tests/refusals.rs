@@ -16,6 +16,9 @@ fn wrong_usage_is_code_2_and_leaves_nothing() {
     let settings = folder.path().join("settings.yaml");
     fs::write(&settings, "intensities_m: [0.004, 0.002]").unwrap();
     let with_settings = format!("--object tiny-ball --settings {}", settings.display());
+    let wide = folder.path().join("wide.yaml");
+    fs::write(&wide, "dent: {grasp: {graspable_ratio: 2}}").unwrap();
+    let with_ratio = format!("--object tiny-ball --settings {}", wide.display());
     for (words, named) in [
         ("", "--scan"),
         (
@@ -36,6 +39,7 @@ fn wrong_usage_is_code_2_and_leaves_nothing() {
         ("--scan a:b.ply", "'a:b' cannot name an object"),
         ("--scan run.yaml.ply", "'run.yaml' cannot name an object"),
         (&with_settings, "rising"),
+        (&with_ratio, "graspable_ratio is 2"),
     ] {
         let said = refusal(&mut program(words, &out), 2);
         assert!(said.contains(named), "{words}: {said}");

@@ -5,7 +5,7 @@ use sim_objects::Mesh;
 
 use crate::Settings;
 use crate::arap::{Arap, ArapError, Grip, Stop};
-use crate::grasp::{Grasp, GraspError, Grasps};
+use crate::grasp::{Grasp, GraspError, Grasps, Lining};
 use crate::intersect::SelfIntersections;
 use crate::loss::{Loss, LossOfSource, LossWeightError};
 
@@ -21,6 +21,7 @@ pub struct Denter {
     vertices_m: Vec<Point3<f64>>,
     grasps: Grasps,
     arap: Arap,
+    lining: Lining,
     intersections: SelfIntersections,
     loss: LossOfSource,
 }
@@ -36,7 +37,7 @@ pub struct Dent {
     pub applied_m: f64,
     /// Eq. 5.
     pub loss: Loss,
-    /// Eq. 3.
+    /// Eq. 3, before an inner wall is laid behind the outer one.
     pub energy_m2: f64,
     /// Of the deformation that the mesh is from.
     pub iterations: usize,
@@ -87,7 +88,11 @@ impl Denter {
         let grasps = Grasps::new(&mesh, &settings.grasp)?;
         Ok(Self {
             arap: Arap::new(&mesh, grasps.held(), settings.arap)?,
-            intersections: SelfIntersections::of(&mesh),
+            lining: Lining::new(&mesh, &grasps, settings.grasp.wall_max_m),
+            intersections: SelfIntersections::of(&Mesh {
+                vertices: in_millimetres(&mesh.vertices).collect(),
+                triangles: mesh.triangles.clone(),
+            }),
             loss: LossOfSource::new(&mesh, &settings.loss),
             vertices_m: mesh.vertices.iter().map(|v| v.cast()).collect(),
             grasps,
@@ -105,7 +110,7 @@ impl Denter {
         &self.source
     }
 
-    /// Self-intersections that the source itself has.
+    /// Self-intersections that the source itself has; of vertices in millimetres.
     pub fn intersections(&self) -> &SelfIntersections {
         &self.intersections
     }
@@ -146,7 +151,6 @@ struct Press<'a> {
 #[derive(Clone)]
 struct Pressed {
     intensity_m: f64,
-    /// In single precision, as they are stored; what is stored is what was checked.
     vertices_m: Vec<Point3<f32>>,
     energy_m2: f64,
     iterations: usize,
@@ -202,10 +206,11 @@ impl Press<'_> {
     fn attempt(&mut self, intensity_m: f64) -> Result<(), DentError> {
         self.tries += 1;
         let targets_m = self.grasp.targets_m(&self.denter.vertices_m, intensity_m);
-        let deformed = self.grip.deform(&targets_m)?;
+        let mut deformed = self.grip.deform(&targets_m)?;
+        self.denter.lining.lay(&mut deformed.vertices_m);
         let vertices_m: Vec<Point3<f32>> = deformed.vertices_m.iter().map(|v| v.cast()).collect();
-        let stored_m: Vec<Point3<f64>> = vertices_m.iter().map(|v| v.cast()).collect();
-        if self.denter.intersections.new_pairs(&stored_m).is_empty() {
+        let stored_mm: Vec<Point3<f64>> = in_millimetres(&vertices_m).map(|v| v.cast()).collect();
+        if self.denter.intersections.new_pairs(&stored_mm).is_empty() {
             self.free = Some(Pressed {
                 intensity_m,
                 vertices_m,
@@ -219,4 +224,9 @@ impl Press<'_> {
         }
         Ok(())
     }
+}
+
+/// As a dataset's file holds them. Slivers of triangles can intersect or not by this rounding alone.
+fn in_millimetres(vertices_m: &[Point3<f32>]) -> impl Iterator<Item = Point3<f32>> {
+    vertices_m.iter().map(|vertex| vertex * 1000.0)
 }

@@ -1,6 +1,6 @@
 //! Triangle mesh.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Point3};
 
@@ -73,6 +73,31 @@ impl Mesh {
             .extend(other.triangles.iter().map(|t| t.map(|index| index + base)));
     }
 
+    /// The same surface with each triangle cut into four at the middles of its edges; the vertices keep their indices.
+    pub fn subdivided(&self) -> Self {
+        let mut vertices = self.vertices.clone();
+        let mut middles = HashMap::new();
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let [a, b] = [a, b].map(|index| &self.vertices[index as usize]);
+                vertices.push(nalgebra::center(a, b));
+                vertices.len() as u32 - 1
+            })
+        };
+        let triangles = self
+            .triangles
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+        Self {
+            vertices,
+            triangles,
+        }
+    }
+
     /// Smallest and largest coordinates, in metres. For an empty mesh the first exceeds the second.
     pub fn bounds(&self) -> (Point3<f32>, Point3<f32>) {
         let empty = (Point3::from([f32::MAX; 3]), Point3::from([f32::MIN; 3]));
@@ -114,6 +139,16 @@ mod tests {
         let cylinder = Mesh::cylinder(0.5, -1.0, 1.0, 256);
         assert!(cylinder.is_closed_manifold());
         assert!((cylinder.volume_m3() - std::f64::consts::FRAC_PI_2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn subdividing_changes_the_number_of_triangles_only() {
+        let mesh = Mesh::cylinder(0.5, -1.0, 1.0, 32);
+        let fine = mesh.subdivided();
+        assert_eq!(fine.triangles.len(), 4 * mesh.triangles.len());
+        assert_eq!(fine.vertices[..mesh.vertices.len()], mesh.vertices);
+        assert!(fine.is_closed_manifold());
+        assert!((fine.volume_m3() - mesh.volume_m3()).abs() < 1e-6);
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! Makes a mesh of a scan: `reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points]`.
+//! Makes a mesh of a scan: `reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points] [--no-normals]`.
 //!
-//! Prints one JSON object with the report and the times of the parts. With `--points` a mesh's triangles are left out, so
-//! that its vertices are taken as a raw scan.
+//! Prints one JSON object with the report and the times of the parts. With `--points` a mesh's triangles are left out,
+//! so that its vertices are taken as a raw scan; with `--no-normals` its normals are found anew.
 
 use std::time::Instant;
 
@@ -13,7 +13,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .skip(1)
         .partition(|argument| argument.starts_with("--"));
     let [source, target, rest @ ..] = &paths[..] else {
-        return Err("usage: reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points]".into());
+        return Err(
+            "usage: reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points] [--no-normals]".into(),
+        );
     };
     let metres_per_unit = rest
         .first()

@@ -1,9 +1,9 @@
 //! The laws that a mesh must keep to be deformed.
 
-use std::collections::HashMap;
-
 use nalgebra::Point3;
 use sim_objects::Mesh;
+
+use crate::edges::{Edges, sides};
 
 /// Least height of a triangle, as a share of its longest edge. Flatter ones count as having no area.
 pub const HEIGHT_MIN: f64 = 1e-6;
@@ -43,12 +43,10 @@ pub enum Defect {
         to: u32,
     },
     /// The triangles at a vertex are not one fan.
-    #[error("the triangles at vertex {vertex} form {fans} fans")]
+    #[error("the triangles at vertex {vertex} form more than one fan")]
     Fans {
         /// Its index.
         vertex: u32,
-        /// How many.
-        fans: usize,
     },
     /// A vertex has no triangle.
     #[error("vertex {vertex} has no triangle")]
@@ -88,9 +86,10 @@ pub fn check(mesh: &Mesh) -> Result<(), Defect> {
             return Err(Defect::Flat { triangle });
         }
     }
-    let edges = directed_edges(mesh)?;
+    let edges = Edges::of(mesh);
+    check_edges(mesh, &edges)?;
     check_fans(mesh, &edges)?;
-    match components(mesh).1 {
+    match components(mesh.vertices.len(), &mesh.triangles).1 {
         1 => Ok(()),
         count => Err(Defect::Parts(count)),
     }
@@ -107,66 +106,53 @@ pub(crate) fn is_flat(vertices: &[Point3<f32>], corners: [u32; 3]) -> bool {
     (b - a).cross(&(c - a)).norm() <= HEIGHT_MIN * longest_sq
 }
 
-/// The triangle of each directed edge.
-fn directed_edges(mesh: &Mesh) -> Result<HashMap<(u32, u32), usize>, Defect> {
-    let mut edges = HashMap::with_capacity(3 * mesh.triangles.len());
-    for (triangle, &corners) in mesh.triangles.iter().enumerate() {
+fn check_edges(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
+    for &corners in &mesh.triangles {
         for (from, to) in sides(corners) {
-            if edges.insert((from, to), triangle).is_some() {
+            if edges.triangles(from, to).nth(1).is_some() {
                 return Err(Defect::Edge { from, to });
             }
         }
     }
-    Ok(edges)
-}
-
-/// The directed edges of a triangle.
-pub(crate) fn sides([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
-    [(a, b), (b, c), (c, a)]
+    Ok(())
 }
 
 /// A fan is a path of triangles, each sharing an edge with the next; a closed one has no first.
-fn check_fans(mesh: &Mesh, edges: &HashMap<(u32, u32), usize>) -> Result<(), Defect> {
-    let mut triangles_at = vec![0; mesh.vertices.len()];
-    let mut fan_at = vec![None; mesh.vertices.len()];
-    for &corners in &mesh.triangles {
-        for (from, to) in sides(corners) {
-            triangles_at[from as usize] += 1;
-            // A fan starts where nothing comes before its first edge; any edge starts a closed one.
-            if fan_at[from as usize].is_none() || !edges.contains_key(&(to, from)) {
-                fan_at[from as usize] = Some(to);
-            }
-        }
-    }
-    for (vertex, (&count, &first)) in triangles_at.iter().zip(&fan_at).enumerate() {
-        let vertex = vertex as u32;
-        let Some(first) = first else {
+fn check_fans(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
+    for vertex in 0..mesh.vertices.len() as u32 {
+        let from = edges.from(vertex);
+        let Some(&(any, _)) = from.first() else {
             return Err(Defect::Unused { vertex });
         };
+        // A fan starts where no triangle comes before its first edge; any edge starts a closed one.
+        let mut starts = from
+            .iter()
+            .map(|&(to, _)| to)
+            .filter(|&to| !edges.contains(to, vertex));
+        let first = starts.next().unwrap_or(any);
         let mut seen = 0;
         let mut next = Some(first);
-        while let Some(&triangle) = next.and_then(|to| edges.get(&(vertex, to))) {
+        while let Some(triangle) = next.and_then(|to| edges.triangles(vertex, to).next()) {
             seen += 1;
-            let corners = mesh.triangles[triangle];
             // The edge that leads back to the vertex.
-            next = sides(corners)
-                .iter()
-                .find(|(_, to)| *to == vertex)
-                .map(|(from, _)| *from);
-            if next == Some(first) || seen > count {
+            let back = sides(mesh.triangles[triangle as usize])
+                .into_iter()
+                .find(|(_, to)| *to == vertex);
+            next = back.map(|(from, _)| from);
+            if next == Some(first) || seen > from.len() {
                 break;
             }
         }
-        if seen != count {
-            return Err(Defect::Fans { vertex, fans: 2 });
+        if seen != from.len() {
+            return Err(Defect::Fans { vertex });
         }
     }
     Ok(())
 }
 
 /// The component of each vertex, numbered in order of their first triangles, and how many there are.
-pub(crate) fn components(mesh: &Mesh) -> (Vec<u32>, usize) {
-    let mut parents: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+pub(crate) fn components(vertex_count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
+    let mut parents: Vec<u32> = (0..vertex_count as u32).collect();
     fn root(parents: &mut [u32], mut at: u32) -> u32 {
         while parents[at as usize] != at {
             let above = parents[parents[at as usize] as usize];
@@ -175,15 +161,15 @@ pub(crate) fn components(mesh: &Mesh) -> (Vec<u32>, usize) {
         }
         at
     }
-    for &[a, b, c] in &mesh.triangles {
+    for &[a, b, c] in triangles {
         for other in [b, c] {
             let (a, other) = (root(&mut parents, a), root(&mut parents, other));
             parents[a.max(other) as usize] = a.min(other);
         }
     }
-    let mut numbers = vec![u32::MAX; mesh.vertices.len()];
+    let mut numbers = vec![u32::MAX; vertex_count];
     let mut count = 0;
-    for corner in mesh.triangles.iter().flatten() {
+    for corner in triangles.iter().flatten() {
         let root = root(&mut parents, *corner) as usize;
         if numbers[root] == u32::MAX {
             numbers[root] = count;
@@ -192,26 +178,4 @@ pub(crate) fn components(mesh: &Mesh) -> (Vec<u32>, usize) {
         numbers[*corner as usize] = numbers[root];
     }
     (numbers, count as usize)
-}
-
-/// Number of closed lines of edges that have one triangle.
-pub(crate) fn boundary_loops(mesh: &Mesh) -> usize {
-    let directed: std::collections::HashSet<(u32, u32)> = mesh
-        .triangles
-        .iter()
-        .flat_map(|&corners| sides(corners))
-        .collect();
-    let mut next: std::collections::BTreeMap<u32, u32> = directed
-        .iter()
-        .filter(|&&(from, to)| !directed.contains(&(to, from)))
-        .map(|&(from, to)| (from, to))
-        .collect();
-    let mut loops = 0;
-    while let Some((_, mut at)) = next.pop_first() {
-        loops += 1;
-        while let Some(to) = next.remove(&at) {
-            at = to;
-        }
-    }
-    loops
 }

@@ -6,6 +6,8 @@ use nalgebra::{Point3, Vector3};
 /// How near the wanted count is near enough, as a share of it.
 const TOLERANCE: f64 = 0.005;
 const STEPS_MAX: usize = 40;
+/// Excess over the wanted count, as a share of it, that is not worth averaging away.
+const LEFT_ALONE: f64 = 0.1;
 
 /// Points with their normals, one each.
 pub(crate) struct Oriented {
@@ -13,14 +15,14 @@ pub(crate) struct Oriented {
     pub normals: Vec<Vector3<f64>>,
 }
 
-/// About `wanted` points, and the side of the voxels in metres. Fewer points than that stay as they are.
+/// About `wanted` points, and the side of the voxels in metres. Points that are hardly more than that stay as they are.
 ///
 /// A voxel's points are averaged, but those that look in opposite directions apart: they are two sides of a thin wall.
 pub(crate) fn to_count(
     source: Oriented,
     wanted: usize,
 ) -> Result<(Oriented, Option<f32>), VoxelError> {
-    if source.points.len() <= wanted {
+    if source.points.len() as f64 <= (1.0 + LEFT_ALONE) * wanted as f64 {
         return Ok((source, None));
     }
     let widest = cloud::bounds(&source.points).map_or(0.0, |bounds| bounds.extent().max());

@@ -7,6 +7,7 @@
 mod check;
 mod clean;
 mod downsample;
+mod edges;
 mod normals;
 mod poisson;
 mod remesh;
@@ -38,11 +39,11 @@ pub enum ReconstructError {
     },
     /// Not enough to see a shape in.
     #[error(
-        "the scan has {count} different points; scan again for at least {}",
+        "the scan has {count} usable points; scan again for at least {}",
         Settings::COUNT_MIN
     )]
     TooFewPoints {
-        /// How many there are, those at the same place counted once.
+        /// How many there are, without repeats and those whose normal has no direction.
         count: usize,
     },
     /// A coordinate is NaN or infinite.
@@ -58,7 +59,7 @@ pub enum ReconstructError {
     Flat {
         /// Standard deviation of the points across their best plane.
         thickness_m: f64,
-        /// Standard deviation along it.
+        /// Diagonal of the box around them.
         width_m: f64,
     },
     /// Not one normal a point.

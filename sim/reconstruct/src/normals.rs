@@ -1,9 +1,9 @@
 //! Outward directions of a cloud's surface.
 //!
 //! Each direction is that of the plane through a point's neighbours; the sides are made to agree along a minimum
-//! spanning tree of the neighbours' graph (Hoppe et al., SIGGRAPH 1992). Two neighbours agree if one direction, mirrored
-//! in the plane halfway between them, is nearly the other: this holds along a surface, round an edge, and also through a
-//! thin wall, whose two sides look away from each other.
+//! spanning tree of the neighbours' graph (Hoppe et al., SIGGRAPH 1992). Two neighbours agree if one direction,
+//! mirrored in the plane halfway between them, is nearly the other: this holds along a surface, round an edge, and also
+//! through a thin wall, whose two sides look away from each other.
 
 use std::num::NonZeroUsize;
 
@@ -27,34 +27,85 @@ pub(crate) fn estimate(points: &[Point3<f32>], neighbours: NonZeroUsize) -> Vec<
                 .collect()
         })
         .collect();
-    let mut normals: Vec<_> = points
-        .par_iter()
-        .zip(&near)
-        .map(|(point, near)| plane(points, point, near))
-        .collect();
+    let mut planes = Planes::new(points, &near);
     let mut sides = Sides::new(points.len());
-    sides.join_along(&edges(points, &normals, &near));
-    sides.bridge(points, &normals, &tree, count);
-    for (at, normal) in normals.iter_mut().enumerate() {
+    sides.join_along(&planes.edges(&near));
+    sides.bridge(&planes, &tree, count);
+    for (at, normal) in planes.normals.iter_mut().enumerate() {
         if sides.root(at).1 {
             *normal = -*normal;
         }
     }
+    let mut normals = planes.normals;
     if !faces_outward(points, &normals) {
         normals.iter_mut().for_each(|normal| *normal = -*normal);
     }
     normals
 }
 
-fn plane(points: &[Point3<f32>], point: &Point3<f32>, near: &[u32]) -> Vector3<f64> {
-    let mut moments = Moments::default();
-    for &index in near {
-        moments.add(&(points[index as usize] - point).cast());
+/// The planes through the points' neighbours.
+struct Planes<'a> {
+    points: &'a [Point3<f32>],
+    /// Unit vectors; zero where the neighbours lie on one line.
+    normals: Vec<Vector3<f64>>,
+    /// Squares of half the radius of the neighbours, m².
+    grains_sq: Vec<f64>,
+}
+
+impl<'a> Planes<'a> {
+    fn new(points: &'a [Point3<f32>], near: &[Vec<u32>]) -> Self {
+        let plane = |(point, near): (&Point3<f32>, &Vec<u32>)| {
+            let mut moments = Moments::default();
+            let mut farthest_sq = 0.0_f64;
+            for &index in near {
+                let offset: Vector3<f64> = (points[index as usize] - point).cast();
+                farthest_sq = farthest_sq.max(offset.norm_squared());
+                moments.add(&offset);
+            }
+            let plane = moments.plane();
+            let normal = plane.map(|plane| plane.normal.into_inner());
+            (normal.unwrap_or_default(), farthest_sq / 4.0)
+        };
+        let (normals, grains_sq) = points.par_iter().zip(near).map(plane).unzip();
+        Self {
+            points,
+            normals,
+            grains_sq,
+        }
     }
-    moments
-        .plane()
-        .map(|plane| plane.normal.into_inner())
-        .unwrap_or_default()
+
+    /// What two points know of each other's sides.
+    fn edge(&self, a: u32, b: u32) -> Edge {
+        let [from, to] = [a, b].map(|at| &self.normals[at as usize]);
+        let [start, end] = [a, b].map(|at| &self.points[at as usize]);
+        let between: Vector3<f64> = (end - start).cast();
+        // Between points nearer than the grain, noise alone can lead from one to the other; that is no wall.
+        let grain_sq = self.grains_sq[a as usize].max(self.grains_sq[b as usize]);
+        let length_sq = (between.norm_squared() + grain_sq).max(f64::MIN_POSITIVE);
+        let mirrored = from - between * (2.0 * from.dot(&between) / length_sq);
+        let agreement = mirrored.dot(to);
+        Edge {
+            doubt: 1.0 - agreement.abs(),
+            ends: [a, b],
+            opposite: agreement < 0.0,
+        }
+    }
+
+    /// The edges of the neighbours' graph, most certain first.
+    fn edges(&self, near: &[Vec<u32>]) -> Vec<Edge> {
+        let edges_at = |(at, near): (usize, &Vec<u32>)| {
+            let at = at as u32;
+            let others = near.iter().copied().filter(|&other| other != at);
+            others.map(|other| self.edge(at, other)).collect::<Vec<_>>()
+        };
+        let mut edges: Vec<Edge> = near
+            .par_iter()
+            .enumerate()
+            .flat_map_iter(edges_at)
+            .collect();
+        edges.par_sort_by(|a, b| a.doubt.total_cmp(&b.doubt).then(a.ends.cmp(&b.ends)));
+        edges
+    }
 }
 
 /// Two points, how little is known about their sides (0 to 1), and whether these differ.
@@ -62,36 +113,6 @@ struct Edge {
     doubt: f64,
     ends: [u32; 2],
     opposite: bool,
-}
-
-impl Edge {
-    fn new(points: &[Point3<f32>], normals: &[Vector3<f64>], a: u32, b: u32) -> Self {
-        let between: Vector3<f64> = (points[b as usize] - points[a as usize]).cast();
-        let (from, to) = (&normals[a as usize], &normals[b as usize]);
-        let length_sq = between.norm_squared().max(f64::MIN_POSITIVE);
-        let mirrored = from - between * (2.0 * from.dot(&between) / length_sq);
-        let agreement = mirrored.dot(to);
-        Self {
-            doubt: 1.0 - agreement.abs(),
-            ends: [a, b],
-            opposite: agreement < 0.0,
-        }
-    }
-}
-
-/// The edges of the graph, most certain first.
-fn edges(points: &[Point3<f32>], normals: &[Vector3<f64>], near: &[Vec<u32>]) -> Vec<Edge> {
-    let mut edges: Vec<Edge> = near
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(at, near)| {
-            let at = at as u32;
-            let others = near.iter().filter(move |&&other| other != at);
-            others.map(move |&other| Edge::new(points, normals, at, other))
-        })
-        .collect();
-    edges.par_sort_by(|a, b| a.doubt.total_cmp(&b.doubt).then(a.ends.cmp(&b.ends)));
-    edges
 }
 
 /// Groups of points whose sides are known relative to each other.
@@ -145,13 +166,8 @@ impl Sides {
     }
 
     /// Joins what the graph left apart, each group to its nearest other, until there is one.
-    fn bridge(
-        &mut self,
-        points: &[Point3<f32>],
-        normals: &[Vector3<f64>],
-        tree: &Tree,
-        count: NonZeroUsize,
-    ) {
+    fn bridge(&mut self, planes: &Planes, tree: &Tree, count: NonZeroUsize) {
+        let points = planes.points;
         let mut count = count;
         loop {
             let roots: Vec<usize> = (0..points.len()).map(|at| self.root(at).0).collect();
@@ -173,7 +189,7 @@ impl Sides {
                 .collect();
             found.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
             for (_, a, b) in found {
-                self.join(&Edge::new(points, normals, a, b));
+                self.join(&planes.edge(a, b));
             }
         }
     }

@@ -5,8 +5,8 @@ use std::fmt;
 use serde::Serialize;
 use sim_objects::Mesh;
 
-use crate::check::boundary_loops;
 use crate::clean::Mended;
+use crate::edges::{Edges, boundary_loops, sides};
 
 /// How points became a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,10 +19,10 @@ pub struct FromPoints {
     pub normals_estimated: bool,
     /// Mean distance of those points.
     pub spacing_m: f64,
-    /// Depth reached.
-    pub depth: u32,
     /// Side of the finest cells.
     pub cell_m: f64,
+    /// Root mean square distance of those points from the surface.
+    pub distance_rms_m: f64,
     /// Triangles left out because no points supported them.
     pub trimmed: usize,
     /// Times of the parts, in seconds. Not part of what the same scan gives again.
@@ -58,6 +58,9 @@ pub struct Report {
     pub triangles: usize,
     /// Closed lines along which the mesh is open.
     pub boundary_loops: usize,
+    /// Handles, as of a mug. Where the object has none, they are bridges between walls too near each other for the
+    /// points' distance.
+    pub handles: usize,
 }
 
 impl Report {
@@ -67,6 +70,7 @@ impl Report {
         mended: Mended,
         mesh: &Mesh,
     ) -> Self {
+        let loops = boundary_loops(mesh);
         Self {
             scan_points: scan[0],
             scan_triangles: scan[1],
@@ -74,9 +78,22 @@ impl Report {
             mended,
             vertices: mesh.vertices.len(),
             triangles: mesh.triangles.len(),
-            boundary_loops: boundary_loops(mesh),
+            boundary_loops: loops,
+            handles: handles(mesh, loops),
         }
     }
+}
+
+/// By Euler's formula, for a mesh of one component.
+fn handles(mesh: &Mesh, boundary_loops: usize) -> usize {
+    let edges = Edges::of(mesh);
+    let directed = mesh.triangles.iter().flat_map(|&corners| sides(corners));
+    let open = directed
+        .filter(|&(from, to)| !edges.contains(to, from))
+        .count();
+    let edge_count = (3 * mesh.triangles.len() + open) / 2;
+    // Vertices − edges + triangles = 2 − 2 handles − loops.
+    (2 + edge_count).saturating_sub(mesh.vertices.len() + mesh.triangles.len() + boundary_loops) / 2
 }
 
 impl fmt::Display for Report {
@@ -117,7 +134,7 @@ impl fmt::Display for Report {
             " → {} vertices, {} triangles, {open}",
             self.vertices, self.triangles
         )?;
-        write!(f, "mended: {}", self.mended)
+        write!(f, "\nmended: {}", self.mended)
     }
 }
 

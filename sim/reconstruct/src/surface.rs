@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use cloud::Tree;
 use cloud::normals::Moments;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use sim_objects::Mesh;
 use sim_objects::file::Scan;
@@ -57,8 +57,8 @@ pub(crate) fn from_points(
         voxel_m,
         normals_estimated: scan.normals.is_none(),
         spacing_m,
-        depth: field.depth(),
         cell_m: field.cell(),
+        distance_rms_m: distance_rms(&samples, &field),
         trimmed,
         seconds,
     };
@@ -79,17 +79,23 @@ fn oriented(scan: &Scan, settings: &Settings) -> Result<(Oriented, Option<f32>),
         });
     }
     refuse_flat(&points)?;
-    let normals = match &scan.normals {
+    let normals: Vec<Vector3<f64>> = match &scan.normals {
         Some(normals) => kept_of(normals, &kept)
             .iter()
-            .map(|normal| normal.cast())
+            .map(|normal| normal.cast().try_normalize(0.0).unwrap_or_default())
             .collect(),
         None => normals::estimate(&points, settings.normal_neighbours),
     };
-    Ok(downsample::to_count(
-        Oriented { points, normals },
-        settings.point_count,
-    )?)
+    let has_normal: Vec<bool> = normals.iter().map(|normal| normal.norm() > 0.5).collect();
+    let oriented = Oriented {
+        points: kept_of(&points, &has_normal),
+        normals: kept_of(&normals, &has_normal),
+    };
+    let count = oriented.points.len();
+    if count < Settings::COUNT_MIN {
+        return Err(ReconstructError::TooFewPoints { count });
+    }
+    Ok(downsample::to_count(oriented, settings.point_count)?)
 }
 
 fn kept_of<T: Copy>(all: &[T], kept: &[bool]) -> Vec<T> {
@@ -105,9 +111,11 @@ fn refuse_flat(points: &[Point3<f32>]) -> Result<(), ReconstructError> {
     for point in points {
         moments.add(&(point - points[0]).cast());
     }
-    let [thickness_m, _, width_m] = moments
+    // Points on a line have no plane.
+    let thickness_m = moments
         .plane()
-        .map_or([0.0; 3], |plane| plane.variances.map(f64::sqrt));
+        .map_or(0.0, |plane| plane.variances[0].sqrt());
+    let width_m = cloud::bounds(points).map_or(0.0, |bounds| f64::from(bounds.extent().norm()));
     if thickness_m <= THICKNESS_MIN * width_m {
         return Err(ReconstructError::Flat {
             thickness_m,
@@ -123,7 +131,7 @@ fn samples(oriented: &Oriented) -> Vec<Sample> {
     let Some(tree) = Tree::new(&oriented.points) else {
         return Vec::new();
     };
-    let sample = |(point, normal): (&Point3<f32>, &nalgebra::Vector3<f64>)| {
+    let sample = |(point, normal): (&Point3<f32>, &Vector3<f64>)| {
         let near = tree.nearest_n(point, AREA_NEIGHBOURS).skip(1);
         let same_side = near.filter(|near| oriented.normals[near.index].dot(normal) >= 0.0);
         let (count, farthest_sq) = same_side.fold((0.0, 0.0_f32), |(count, _), near| {
@@ -146,6 +154,15 @@ fn samples(oriented: &Oriented) -> Vec<Sample> {
 fn spacing(samples: &[Sample]) -> f64 {
     let area: f64 = samples.iter().map(|sample| sample.area).sum();
     (area / samples.len().max(1) as f64).sqrt()
+}
+
+fn distance_rms(samples: &[Sample], field: &Field) -> f64 {
+    let distance_sq = |sample: &Sample| {
+        let (place, _) = field.project(&sample.point)?;
+        Some((place - sample.point).norm_squared())
+    };
+    let sum: f64 = samples.iter().filter_map(distance_sq).sum();
+    (sum / samples.len().max(1) as f64).sqrt()
 }
 
 fn to_mesh(surface: &Surface) -> Mesh {

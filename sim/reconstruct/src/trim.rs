@@ -1,16 +1,20 @@
 //! Poisson closes every hole with a balloon; what no sample supports goes.
 
 use cloud::Tree;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
+use crate::check;
 use crate::poisson::{Field, Surface};
 
-/// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which it
-/// lies outside them. On the straight edge of a surface it is 4/(3π) = 0.42.
+/// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which
+/// it lies outside them. On the straight edge of a surface it is 4/(3π) = 0.42.
 const OFF_CENTRE_MAX: f64 = 0.45;
+/// Nearer to a sample than that share of the reach, a surface point stays in any case: a corner of the samples is thin.
+const NEAR: f64 = 0.15;
 
-/// Leaves out triangles with a corner beyond the samples' edge, and says how many. Holes of the samples narrower than
-/// about `reach_m` stay closed, since there are samples on all sides of them.
+/// Leaves out the parts of a surface beyond the samples' edge and says how many triangles that were. Holes of the
+/// samples narrower than about `reach_m` stay closed, since there are samples on all sides of them.
 pub(crate) fn trim(
     surface: &mut Surface,
     field: &Field,
@@ -19,30 +23,44 @@ pub(crate) fn trim(
     reach_m: f64,
 ) -> usize {
     let is_supported = |point: &Point3<f64>| {
-        let (mut sum, mut count) = (nalgebra::Vector3::zeros(), 0.0);
+        let (mut offset, mut count, mut nearest_sq) = (Vector3::zeros(), 0.0, f32::INFINITY);
         for near in samples.within(&point.cast(), reach_m as f32) {
-            sum += sample_points[near.index].coords.cast::<f64>() - point.coords;
+            offset += sample_points[near.index].coords.cast::<f64>() - point.coords;
             count += 1.0;
+            nearest_sq = nearest_sq.min(near.distance_sq);
         }
-        if count == 0.0 {
-            return false;
+        if f64::from(nearest_sq) <= (NEAR * reach_m).powi(2) {
+            return true;
         }
-        let offset: nalgebra::Vector3<f64> = sum / count;
         // Where the surface bends, samples lie on one side of it; only the distance along it counts.
         let normal = field
             .project(point)
             .map(|(_, normal)| normal)
             .unwrap_or_default();
         let along = offset - normal * normal.dot(&offset);
-        along.norm() <= OFF_CENTRE_MAX * reach_m
+        count > 0.0 && along.norm() <= OFF_CENTRE_MAX * reach_m * count
     };
-    let supported: Vec<bool> = {
-        use rayon::prelude::*;
-        surface.points.par_iter().map(is_supported).collect()
-    };
-    let before = surface.triangles.len();
-    surface
+    let supported: Vec<bool> = surface.points.par_iter().map(is_supported).collect();
+    let is_kept = |corners: &[u32; 3]| corners.iter().all(|&corner| supported[corner as usize]);
+    let (mut kept, trimmed): (Vec<_>, Vec<_>) = surface
         .triangles
-        .retain(|triangle| triangle.iter().all(|&corner| supported[corner as usize]));
+        .iter()
+        .partition(|corners| is_kept(corners));
+    let before = surface.triangles.len();
+    kept.extend(pinholes(surface, &trimmed, reach_m));
+    surface.triangles = kept;
     before - surface.triangles.len()
+}
+
+/// Those of the trimmed triangles that would leave only a pinhole: in parts of less area than a hole that stays closed.
+fn pinholes(surface: &Surface, trimmed: &[[u32; 3]], reach_m: f64) -> Vec<[u32; 3]> {
+    let (part_of, count) = check::components(surface.points.len(), trimmed);
+    let mut areas = vec![0.0; count];
+    let part = |corners: &[u32; 3]| part_of[corners[0] as usize] as usize;
+    for corners in trimmed {
+        let [a, b, c] = corners.map(|corner| surface.points[corner as usize]);
+        areas[part(corners)] += (b - a).cross(&(c - a)).norm() / 2.0;
+    }
+    let is_small = |corners: &&[u32; 3]| areas[part(corners)] < reach_m * reach_m;
+    trimmed.iter().filter(is_small).copied().collect()
 }

@@ -3,10 +3,11 @@
 //! The object is grasped across its long side: principal component over its area, or +z for one without a long side,
 //! such as a ball. Fingers may press within the middle part of its length; what lies beyond (a can's lids, a cup's base
 //! and rolled rim) is stiff and held in place. The first handle is a vertex of that region; the second is the farthest
-//! vertex of the thin slice at the same height. Each is pressed against its own outward normal by a flat round pad.
+//! vertex of the thin slice at the same height. Each is pressed against its own outward normal by a nearly flat round pad.
 
 mod axis;
 mod error;
+mod lining;
 mod pad;
 mod settings;
 mod surface;
@@ -22,6 +23,7 @@ use sim_objects::Mesh;
 pub use error::{GraspError, GraspRefused};
 pub use settings::GraspSettings;
 
+pub(crate) use lining::Lining;
 use pad::{Pad, Press};
 use surface::Surface;
 
@@ -30,11 +32,17 @@ const FACING_MAX_DEG: f64 = 60.0;
 /// Share of the free width that each finger may use, at most: together they leave a tenth.
 const INTENSITY_SHARE: f64 = 1.0 / 2.2;
 
+/// Share of the unevenness under a pad that the pad evens out: it is of rubber. All of it would lay the triangles under
+/// the pad into one plane, where rounding alone decides whether they intersect.
+const PAD_FLATNESS: f64 = 0.8;
+
 /// All places where an object can be grasped.
 pub struct Grasps {
     surface: Surface,
     settings: GraspSettings,
     axis: Unit<Vector3<f64>>,
+    /// Of the surface's area.
+    centre: Point3<f64>,
     /// Height of each vertex along the axis, from the middle of the object.
     heights_m: Vec<f64>,
     /// Largest height at which a finger may press.
@@ -71,7 +79,7 @@ impl Grasps {
     pub fn new(mesh: &Mesh, settings: &GraspSettings) -> Result<Self, GraspError> {
         settings.validate()?;
         let surface = Surface::new(mesh)?;
-        let (_, flux) = axis::centre_and_flux(&surface.vertices_m, &mesh.triangles);
+        let (centre, flux) = axis::centre_and_flux(&surface.vertices_m, &mesh.triangles);
         if flux < 0.0 {
             return Err(GraspError::InsideOut);
         }
@@ -96,6 +104,7 @@ impl Grasps {
             surface,
             settings: settings.clone(),
             axis,
+            centre,
             heights_m,
             height_max_m,
             held,
@@ -241,12 +250,12 @@ impl Grasp {
     }
 
     /// Where [`Grasp::pressed`] vertices are when each finger has pressed by `intensity_m` (Eq. 4). The handle moves that
-    /// far; a flat pad reaches the vertices around later, by their gap.
+    /// far; the pad, nearly flat, reaches the vertices around later.
     pub fn targets_m(&self, vertices_m: &[Point3<f64>], intensity_m: f64) -> Vec<Point3<f64>> {
         let pads = self.patches.iter().zip(&self.gaps_m).zip(&self.directions);
         pads.flat_map(|((patch, gaps_m), direction)| {
             patch.iter().zip(gaps_m).map(move |(&vertex, gap_m)| {
-                let shift_m = (intensity_m - gap_m).max(0.0);
+                let shift_m = (intensity_m - PAD_FLATNESS * gap_m).max(0.0);
                 vertices_m[vertex as usize] + shift_m * direction.into_inner()
             })
         })

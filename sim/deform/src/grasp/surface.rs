@@ -53,7 +53,8 @@ fn check(mesh: &Mesh) -> Result<(), GraspError> {
     }
 }
 
-fn normals(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vector3<f64>> {
+/// The mean of the normals of the triangles around each vertex, weighted by their angles.
+pub(super) fn normals(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vector3<f64>> {
     let mut normals = vec![Vector3::zeros(); vertices_m.len()];
     for triangle in triangles {
         let corners = triangle.map(|index| vertices_m[index as usize]);

@@ -10,7 +10,7 @@ pub(super) struct BoxTree {
     /// Parents before children; the root first.
     nodes: Vec<Node>,
     /// Triangles in the order of the leaves.
-    order: Vec<u32>,
+    pub order: Vec<u32>,
 }
 
 enum Node {
@@ -66,7 +66,8 @@ impl BoxTree {
         index as u32
     }
 
-    /// Calls `visit` once for each pair of triangles whose boxes touch.
+    /// Calls `visit` once for each pair of triangles whose boxes touch. `triangles` are in the order of the leaves, and so
+    /// are the numbers that `visit` gets.
     pub fn for_near_pairs(
         &self,
         vertices_m: &[Point3<f64>],
@@ -111,7 +112,7 @@ impl BoxTree {
                     for i in first..end {
                         let from = if a == b { i + 1 } else { from };
                         let near = (from..to).filter(|&j| boxes.are_near(i, j));
-                        near.for_each(|j| visit(self.order[i as usize], self.order[j as usize]));
+                        near.for_each(|j| visit(i, j));
                     }
                 }
             }
@@ -127,11 +128,9 @@ struct Boxes {
 
 impl Boxes {
     fn new(tree: &BoxTree, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
-        let of_triangle = |&index: &u32| {
-            let corners = triangles[index as usize];
-            Aabb::around(corners.into_iter().map(|v| vertices_m[v as usize]))
-        };
-        let leaves: Vec<Aabb> = tree.order.iter().map(of_triangle).collect();
+        let of_triangle =
+            |corners: &[u32; 3]| Aabb::around(corners.iter().map(|&v| vertices_m[v as usize]));
+        let leaves: Vec<Aabb> = triangles.iter().map(of_triangle).collect();
         let mut nodes = vec![Aabb::EMPTY; tree.nodes.len()];
         for (index, node) in tree.nodes.iter().enumerate().rev() {
             nodes[index] = match *node {

@@ -16,6 +16,7 @@ use triangles::Triangles;
 /// The box tree is built once over the source, and only its boxes change with the vertices. Two triangles intersect where
 /// they have a point in common beyond a shared vertex or edge; the predicates are exact.
 pub struct SelfIntersections {
+    /// In the order of the tree's leaves, so that neighbours are near in memory.
     triangles: Vec<[u32; 3]>,
     tree: BoxTree,
     /// The source's own, sorted.
@@ -28,7 +29,11 @@ impl SelfIntersections {
         let vertices_m: Vec<Point3<f64>> = source.vertices.iter().map(|v| v.cast()).collect();
         let tree = BoxTree::new(&vertices_m, &source.triangles);
         let mut intersections = Self {
-            triangles: source.triangles.clone(),
+            triangles: tree
+                .order
+                .iter()
+                .map(|&t| source.triangles[t as usize])
+                .collect(),
             tree,
             known: Vec::new(),
         };
@@ -43,7 +48,7 @@ impl SelfIntersections {
 
     /// Pairs that intersect with the vertices there but did not in the source, each once, sorted.
     ///
-    /// `vertices_m`: as many as the source has, finite.
+    /// `vertices_m`: as many as the source has, finite, in the source's unit.
     pub fn new_pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
         let mut pairs = self.pairs(vertices_m);
         pairs.retain(|pair| self.known.binary_search(pair).is_err());
@@ -55,6 +60,7 @@ impl SelfIntersections {
         let triangles = Triangles::new(vertices_m, &self.triangles);
         let visit = |a: u32, b: u32| {
             if triangles.intersect(a, b) {
+                let [a, b] = [a, b].map(|place| self.tree.order[place as usize]);
                 pairs.push([a.min(b), a.max(b)]);
             }
         };

@@ -59,7 +59,7 @@ impl From<Mesh> for Scan {
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// The name does not say what the file is.
-    #[error("{}: the extension \"{extension}\" is unknown; scans are read from .ply, .obj and .pcd files", path.display())]
+    #[error("{}: the extension \"{extension}\" is unknown; scans are .ply, .obj or .pcd files", path.display())]
     UnknownExtension {
         /// The file.
         path: PathBuf,

@@ -1,12 +1,13 @@
 //! Triangles that are none, or that are there twice.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use nalgebra::Point3;
 use sim_objects::Mesh;
 
 use super::Mended;
-use crate::check::{is_flat, sides};
+use crate::check::is_flat;
+use crate::edges::{Edges, sides};
 
 /// An edge so short, as a share of its triangle's longest, makes the triangle a needle.
 const NEEDLE: f64 = 1e-3;
@@ -61,23 +62,14 @@ fn turn_edges(mesh: &mut Mesh, caps: &[(usize, (u32, u32))], mended: &mut Mended
     if caps.is_empty() {
         return;
     }
-    let mut owners: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
-    for (index, &corners) in mesh.triangles.iter().enumerate() {
-        for side in sides(corners) {
-            owners.entry(side).or_default().push(index);
-        }
-    }
+    let edges = Edges::of(mesh);
     let mut touched: HashSet<usize> = HashSet::new();
     let mut dropped: HashSet<usize> = HashSet::new();
     for &(cap, (from, to)) in caps {
-        let neighbour = match owners.get(&(to, from)).map(Vec::as_slice) {
-            Some(&[neighbour])
-                if owners
-                    .get(&(from, to))
-                    .is_some_and(|owners| owners.len() == 1) =>
-            {
-                Some(neighbour)
-            }
+        let is_sole = edges.triangles(from, to).nth(1).is_none();
+        let mut across = edges.triangles(to, from);
+        let neighbour = match (across.next(), across.next()) {
+            (Some(neighbour), None) if is_sole => Some(neighbour as usize),
             _ => None,
         };
         if touched.contains(&cap) || neighbour.is_some_and(|neighbour| touched.contains(&neighbour))
@@ -88,7 +80,7 @@ fn turn_edges(mesh: &mut Mesh, caps: &[(usize, (u32, u32))], mended: &mut Mended
         let turned = neighbour.and_then(|neighbour| {
             let tip = apex(mesh.triangles[cap], from, to)?;
             let far = apex(mesh.triangles[neighbour], from, to)?;
-            let is_taken = owners.contains_key(&(tip, far)) || owners.contains_key(&(far, tip));
+            let is_taken = edges.contains(tip, far) || edges.contains(far, tip);
             let pair = [[tip, from, far], [tip, far, to]];
             let is_better =
                 tip != far && !pair.iter().any(|&corners| is_flat(&mesh.vertices, corners));
@@ -122,13 +114,22 @@ fn apex(corners: [u32; 3], from: u32, to: u32) -> Option<u32> {
 
 /// Keeps the first of the triangles that have the same three corners, whichever way they turn.
 pub(super) fn drop_duplicates(mesh: &mut Mesh, mended: &mut Mended) {
-    let mut seen = HashSet::with_capacity(mesh.triangles.len());
+    let edges = Edges::of(mesh);
     let before = mesh.triangles.len();
-    mesh.triangles.retain(|corners| {
-        let mut sorted = *corners;
-        sorted.sort_unstable();
-        seen.insert(sorted)
-    });
+    let corners_of = |triangle: u32| {
+        let mut corners = mesh.triangles[triangle as usize];
+        corners.sort_unstable();
+        corners
+    };
+    let is_first = |triangle: u32| {
+        let corners = corners_of(triangle);
+        let at = edges.from(corners[0]).iter().map(|&(_, other)| other);
+        at.filter(|&other| other < triangle)
+            .all(|other| corners_of(other) != corners)
+    };
+    let kept: Vec<bool> = (0..before as u32).map(is_first).collect();
+    let mut kept = kept.into_iter();
+    mesh.triangles.retain(|_| kept.next() == Some(true));
     mended.duplicate += before - mesh.triangles.len();
 }
 

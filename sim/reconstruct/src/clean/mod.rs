@@ -79,7 +79,7 @@ fn join_vertices(mesh: &mut Mesh, mended: &mut Mended) {
 
 /// Keeps the component with the largest area.
 fn keep_largest(mesh: &mut Mesh, mended: &mut Mended) {
-    let (component_of, count) = check::components(mesh);
+    let (component_of, count) = check::components(mesh.vertices.len(), &mesh.triangles);
     if count < 2 {
         return;
     }

@@ -1,11 +1,11 @@
 //! How triangles hang together: sides, edges, fans.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::VecDeque;
 
 use sim_objects::Mesh;
 
 use super::{Mended, faces};
-use crate::check::sides;
+use crate::edges::{Edges, sides};
 
 /// Two triangles joined at an edge; `same_way` says that both run along it in the same direction, so one is inside out.
 #[derive(Clone, Copy)]
@@ -26,20 +26,27 @@ pub(super) fn mend(mesh: &mut Mesh, mended: &mut Mended) {
 /// Joins the triangles at each edge in pairs. Of more than two those are paired that go on most smoothly; the rest
 /// stays open there.
 fn links(mesh: &Mesh, mended: &mut Mended) -> Vec<Link> {
-    let mut at_edge: BTreeMap<[u32; 2], Vec<(u32, bool)>> = BTreeMap::new();
-    for (index, &corners) in mesh.triangles.iter().enumerate() {
-        for (from, to) in sides(corners) {
-            let entry = at_edge.entry([from.min(to), from.max(to)]).or_default();
-            entry.push((index as u32, from < to));
+    let edges = Edges::of(mesh);
+    let mut links = Vec::with_capacity(3 * mesh.triangles.len() / 2);
+    let directed = mesh
+        .triangles
+        .iter()
+        .zip(0..)
+        .flat_map(|(&corners, triangle)| sides(corners).map(|(from, to)| (from, to, triangle)));
+    for (from, to, triangle) in directed {
+        // Each edge once: in the direction from its smaller end, or in the only one there is.
+        let is_first = edges.triangles(from, to).next() == Some(triangle);
+        if !is_first || from > to && edges.contains(to, from) {
+            continue;
         }
-    }
-    let mut links = Vec::with_capacity(at_edge.len());
-    for (edge, mut here) in at_edge {
+        let there = edges.triangles(from, to).map(|triangle| (triangle, true));
+        let back = edges.triangles(to, from).map(|triangle| (triangle, false));
+        let mut here: Vec<(u32, bool)> = there.chain(back).collect();
         mended.edges_cut += usize::from(here.len() > 2);
         while let Some([a, b]) = smoothest(mesh, &here) {
             links.push(Link {
                 triangles: [here[a].0, here[b].0],
-                edge,
+                edge: [from, to],
                 same_way: here[a].1 == here[b].1,
             });
             here.swap_remove(b);
@@ -139,21 +146,23 @@ fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
             }
         }
     }
-    let mut vertex_of_fan: HashMap<u32, u32> = HashMap::new();
+    let mut vertex_of_fan = vec![u32::MAX; parents.len()];
     let mut is_used = vec![false; mesh.vertices.len()];
     for at in 0..3 * mesh.triangles.len() {
         let fan = root(&mut parents, at as u32);
         let vertex = &mut mesh.triangles[at / 3][at % 3];
         let old = *vertex as usize;
-        *vertex = *vertex_of_fan.entry(fan).or_insert_with(|| {
-            if !is_used[old] {
-                is_used[old] = true;
-                return old as u32;
+        let own = &mut vertex_of_fan[fan as usize];
+        if *own == u32::MAX {
+            *own = old as u32;
+            if is_used[old] {
+                mended.vertices_split += 1;
+                *own = mesh.vertices.len() as u32;
+                mesh.vertices.push(mesh.vertices[old]);
             }
-            mended.vertices_split += 1;
-            mesh.vertices.push(mesh.vertices[old]);
-            mesh.vertices.len() as u32 - 1
-        });
+            is_used[old] = true;
+        }
+        *vertex = *own;
     }
 }
 
@@ -168,15 +177,17 @@ fn root(parents: &mut [u32], mut at: u32) -> u32 {
 
 /// Leaves out triangles that run along an edge as an earlier one does.
 fn drop_overfull(mesh: &mut Mesh, mended: &mut Mended) {
-    let mut taken = std::collections::HashSet::with_capacity(3 * mesh.triangles.len());
+    let edges = Edges::of(mesh);
+    let is_first = |(triangle, corners): (u32, &[u32; 3])| {
+        let sides = sides(*corners).into_iter();
+        sides
+            .map(|(from, to)| edges.triangles(from, to).next())
+            .all(|first| first == Some(triangle))
+    };
+    let kept: Vec<bool> = (0..).zip(&mesh.triangles).map(is_first).collect();
     let before = mesh.triangles.len();
-    mesh.triangles.retain(|&corners| {
-        let is_free = sides(corners).iter().all(|side| !taken.contains(side));
-        if is_free {
-            taken.extend(sides(corners));
-        }
-        is_free
-    });
+    let mut kept = kept.into_iter();
+    mesh.triangles.retain(|_| kept.next() == Some(true));
     mended.overfull += before - mesh.triangles.len();
 }
 

@@ -97,7 +97,7 @@ impl<'a> Cascade<'a> {
     }
 }
 
-fn all_cells(depth: u32) -> Vec<u64> {
+pub(super) fn all_cells(depth: u32) -> Vec<u64> {
     let range = 0..1_i32 << depth;
     let mut cells = Vec::with_capacity(1 << (3 * depth));
     for x in range.clone() {

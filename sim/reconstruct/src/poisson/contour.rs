@@ -101,7 +101,7 @@ fn polygons(inside: usize) -> Vec<Vec<Edge>> {
         let changes = |at: usize| is_inside(face[at % 4]) != is_inside(face[(at + 1) % 4]);
         for start in (0..4).filter(|&at| changes(at) && is_inside(face[(at + 1) % 4])) {
             if let Some(end) = (start + 1..start + 4).find(|&at| changes(at)) {
-                lines.push((crossing(end), crossing(start)));
+                lines.push((crossing(start), crossing(end)));
             }
         }
     }

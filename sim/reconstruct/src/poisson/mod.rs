@@ -24,8 +24,10 @@ pub(crate) const DEPTH_MAX: u32 = 12;
 const DEPTH_FIRST: u32 = 2;
 /// Depth at which the whole cube has places; deeper levels have them near the surface only.
 const DEPTH_FULL: u32 = 5;
-/// The cube is so many times as wide as the samples: f must be free to be smooth outside.
-const ROOM: f64 = 2.2;
+/// The cube is at least so many times as wide as the samples: f must be free to be smooth outside.
+const ROOM: f64 = 2.0;
+/// Width of the cube by which depth is defined, in widths of the samples.
+const MARGIN: f64 = 1.1;
 /// Value of f far outside.
 const OUTSIDE: f64 = 0.5;
 /// V is spread over cells at least that many times as wide as the samples' distance.
@@ -54,29 +56,38 @@ pub(crate) struct Field {
 impl Field {
     /// Finds f. The surface is followed where `is_near` says so of a point.
     ///
-    /// `depth_max`: cells are at least 1.1 widths of the object, halved that often; they are not made much smaller than
-    /// the samples' distance. `screening`: weight of passing through the samples.
+    /// `depth_max`: cells are at least 1.1 widths of the object, halved that often; nor are they smaller than half the
+    /// samples' distance. `screening`: weight of passing through the samples.
     pub fn new(
         samples: &[Sample],
         depth_max: u32,
         screening: f64,
         is_near: impl Fn(&Point3<f64>) -> bool,
     ) -> Self {
-        let (origin, side) = cube(samples);
+        let (centre, width) = extent(samples);
+        let area: f64 = samples.iter().map(|sample| sample.area).sum();
+        let spacing = (area / samples.len().max(1) as f64).sqrt();
+        let finest = f64::from(1_u32 << depth_max.min(DEPTH_MAX));
+        let cell = (CELL_PER_SPACING * spacing).max(MARGIN * width / finest);
+        // The cube is so wide that the finest cells, halved from it, are just as wanted.
+        let depth = (ROOM * width / cell)
+            .log2()
+            .ceil()
+            .max(f64::from(DEPTH_FULL)) as u32;
+        let side = cell * f64::from(1_u32 << depth);
+        let origin = centre - Vector3::repeat(side / 2.0);
         let in_cube = |sample: &Sample| Sample {
             point: ((sample.point - origin) / side).into(),
             normal: sample.normal,
             area: sample.area / (side * side),
         };
         let samples: Vec<Sample> = samples.iter().map(in_cube).collect();
-        let area: f64 = samples.iter().map(|sample| sample.area).sum();
-        let spacing = (area / samples.len().max(1) as f64).sqrt();
-        // The cube is twice as wide as in the definition of depth, hence one more.
-        let depths = DEPTH_FIRST..=depth_max.min(DEPTH_MAX) + 1;
-        let first_with_cell = |cell: f64| depths.clone().find(|&depth| level::cell(depth) <= cell);
-        let depth = first_with_cell(CELL_PER_SPACING * spacing).unwrap_or(*depths.end());
-        let spread_depth = first_with_cell(SPREAD_PER_SPACING * spacing).unwrap_or(depth + 1) - 1;
+        let spread_cell = SPREAD_PER_SPACING * spacing / side;
+        let spread_depth = (DEPTH_FIRST..depth)
+            .take_while(|&depth| level::cell(depth) >= spread_cell)
+            .last();
 
+        let spread_depth = spread_depth.unwrap_or(DEPTH_FIRST);
         let mut cascade = Cascade::new(&samples, screening, spread_depth, DEPTH_FIRST);
         while cascade.level.depth < depth {
             cascade.refine(|place| is_near(&(origin + place.coords * side)));
@@ -93,11 +104,6 @@ impl Field {
     /// Side of the finest cells.
     pub fn cell(&self) -> f64 {
         self.level.cell() * self.side
-    }
-
-    /// Depth of the finest cells, of a cube 1.1 times as wide as the samples.
-    pub fn depth(&self) -> u32 {
-        self.level.depth - 1
     }
 
     /// The surface, by marching cubes on the finest cells.
@@ -143,15 +149,14 @@ fn mean_at(samples: &[Sample], level: &Level) -> f64 {
     if area > 0.0 { sum / area } else { 0.0 }
 }
 
-/// A cube about the samples with room around them: its smallest corner and its side.
-fn cube(samples: &[Sample]) -> (Point3<f64>, f64) {
+/// Middle and greatest width of the box around the samples.
+fn extent(samples: &[Sample]) -> (Point3<f64>, f64) {
     let empty = (Point3::from([f64::MAX; 3]), Point3::from([f64::MIN; 3]));
     let (min, max) = samples.iter().fold(empty, |(min, max), sample| {
         (min.inf(&sample.point), max.sup(&sample.point))
     });
-    let side = ROOM * (max - min).max();
-    (
-        nalgebra::center(&min, &max) - Vector3::repeat(side / 2.0),
-        side,
-    )
+    (nalgebra::center(&min, &max), (max - min).max())
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,9 +3,11 @@
 //! After Botsch and Kobbelt, "A remeshing approach to multiresolution modeling" (SGP 2004): long edges are split, short
 //! ones collapsed, edges turned where that evens out how many meet at a vertex, and vertices slid along the surface.
 
+mod change;
 mod connect;
 
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use crate::poisson::Surface;
 use connect::Connected;
@@ -20,12 +22,15 @@ const ROUNDS_MAX: usize = 14;
 /// How near the wanted count is near enough, as a share of it.
 const TOLERANCE: f64 = 0.03;
 
-/// Gives a manifold surface about `wanted` vertices. `project` moves a point onto the surface and gives the normal there.
-pub(crate) fn to_count(
-    surface: Surface,
-    wanted: usize,
-    project: impl Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)>,
-) -> Surface {
+/// Moves a point onto the surface and gives the normal there; `None` away from it.
+pub(crate) trait Project:
+    Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> + Sync
+{
+}
+impl<F: Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> + Sync> Project for F {}
+
+/// Gives a manifold surface about `wanted` vertices.
+pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -> Surface {
     let mut length = edge_length(&surface, wanted);
     let mut mesh = Connected::new(surface);
     for round in 1..=ROUNDS_MAX {
@@ -41,6 +46,13 @@ pub(crate) fn to_count(
             length *= ratio.sqrt().clamp(0.8, 1.25);
         }
     }
+    // What was refused to slide still lies off the surface.
+    let settled: Vec<Point3<f64>> = mesh
+        .points
+        .par_iter()
+        .map(|point| project(point).map_or(*point, |(place, _)| place))
+        .collect();
+    mesh.move_unfolded(&settled);
     mesh.into_surface()
 }
 
@@ -57,11 +69,7 @@ fn edge_length(surface: &Surface, wanted: usize) -> f64 {
     (area / (2.0 * wanted as f64) * 4.0 / 3.0_f64.sqrt()).sqrt()
 }
 
-fn split_long(
-    mesh: &mut Connected,
-    longest: f64,
-    project: &impl Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)>,
-) {
+fn split_long(mesh: &mut Connected, longest: f64, project: &impl Project) {
     let mut edges = mesh.edges_by_length(|length| length > longest);
     edges.reverse();
     for [a, b] in edges {
@@ -82,7 +90,8 @@ fn collapse_short(mesh: &mut Connected, shortest: f64, longest: f64) {
 
 /// Turns an edge where the four vertices about it then have more nearly six neighbours, on a boundary four.
 fn turn_uneven(mesh: &mut Connected) {
-    for [a, b] in mesh.edges_by_length(|_| true) {
+    let edges: Vec<[u32; 2]> = mesh.edges().collect();
+    for [a, b] in edges {
         let Some([c, d]) = mesh.opposite(a, b) else {
             continue;
         };
@@ -99,10 +108,7 @@ fn turn_uneven(mesh: &mut Connected) {
 }
 
 /// Moves vertices towards the middle of their neighbours, along the surface; those on a boundary along that.
-fn slide(
-    mesh: &mut Connected,
-    project: &impl Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)>,
-) {
+fn slide(mesh: &mut Connected, project: &impl Project) {
     let moved = |vertex: u32| {
         let from = mesh.points[vertex as usize];
         let ring = mesh.smoothing_ring(vertex);
@@ -122,6 +128,9 @@ fn slide(
             _ => along,
         }
     };
-    let moved: Vec<Point3<f64>> = (0..mesh.points.len() as u32).map(moved).collect();
+    let moved: Vec<Point3<f64>> = (0..mesh.points.len() as u32)
+        .into_par_iter()
+        .map(moved)
+        .collect();
     mesh.move_unfolded(&moved);
 }
