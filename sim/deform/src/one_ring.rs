@@ -109,6 +109,7 @@ impl OneRings {
     }
 
     /// Neighbours of a vertex, each with the weight of the edge to it.
+    #[inline]
     pub fn of(&self, vertex: usize) -> impl ExactSizeIterator<Item = (usize, f64)> {
         let ring = self.starts[vertex]..self.starts[vertex + 1];
         self.neighbours[ring.clone()]

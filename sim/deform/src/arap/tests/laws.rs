@@ -201,6 +201,39 @@ fn going_on_from_the_last_targets_ends_where_a_fresh_start_does_and_sooner() {
 }
 
 #[test]
+fn without_handles_nothing_moves() {
+    let mesh = tube(13, AROUND, RINGS);
+    let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    for held in [&all[..], &all[..3]] {
+        let arap = Arap::new(&mesh, held, ArapSettings::default()).unwrap();
+        let deformed = arap.grip(&[]).unwrap().deform(&[]).unwrap();
+        assert_eq!((deformed.energy_m2, deformed.iterations), (0.0, 0));
+        let rest: Vec<Point3<f64>> = mesh.vertices.iter().map(|place| place.cast()).collect();
+        assert_eq!(deformed.vertices_m, rest);
+    }
+}
+
+/// Large meshes share the work of a deformation among threads.
+#[test]
+fn the_number_of_threads_does_not_show_in_a_single_bit() {
+    for (seed, around, rings) in [(14, AROUND, RINGS), (15, 200, 170)] {
+        let mesh = tube(seed, around, rings);
+        let (handles, targets_m) = pinch(&mesh, around, 0.01);
+        let deform = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let arap = Arap::new(&mesh, &rims(around, rings), ArapSettings::default()).unwrap();
+                arap.grip(&handles).unwrap().deform(&targets_m).unwrap()
+            })
+        };
+        assert_eq!(deform(1), deform(2));
+    }
+}
+
+#[test]
 fn the_slope_of_the_energy_is_that_of_differences() {
     let mesh = tube(12, 8, 6);
     let arap = Arap::new(&mesh, &rims(8, 6), ArapSettings::default()).unwrap();
