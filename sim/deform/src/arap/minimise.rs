@@ -120,7 +120,7 @@ fn search(
     step: &mut [Vector3<f64>],
 ) -> bool {
     let slope = dot(step, &state.gradient);
-    if !(slope < 0.0) {
+    if slope.is_nan() || slope >= 0.0 {
         return false;
     }
     let mut length = 1.0;

@@ -97,11 +97,11 @@ fn the_forces_balance_everywhere_but_at_the_constraints() {
         let (surface, state) = (&arap.surface, &grip.state);
         let mut pulls = vec![[0.0; 4]; mesh.vertices.len()];
         surface.pulls(&state.rotations, &mut pulls);
-        for vertex in 0..mesh.vertices.len() {
+        for (vertex, pull) in pulls.iter().enumerate() {
             if arap.held[vertex] || grip.handles.vertices.contains(&vertex) {
                 continue;
             }
-            let mut force = -Vector3::new(pulls[vertex][0], pulls[vertex][1], pulls[vertex][2]);
+            let mut force = -Vector3::new(pull[0], pull[1], pull[2]);
             for (neighbour, weight) in surface.rings.of(vertex) {
                 force += (state.moved_m[vertex] - state.moved_m[neighbour]) * weight;
             }
