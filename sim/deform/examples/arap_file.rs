@@ -32,13 +32,15 @@ struct Task {
 #[serde(deny_unknown_fields)]
 struct Grasp {
     handles: Vec<u32>,
-    targets_m: Vec<Point3<f64>>,
+    /// Where the handles go, one after the other; each starts from the one before.
+    series_m: Vec<Vec<Point3<f64>>>,
 }
 
 #[derive(Serialize)]
 struct Answer {
     factor_s: f64,
-    deformed: Vec<Shape>,
+    /// By grasp, and by place in its series.
+    deformed: Vec<Vec<Shape>>,
     shape_energies_m2: Vec<f64>,
     /// With all workers busy.
     meshes_per_s: f64,
@@ -82,7 +84,7 @@ fn main() -> anyhow::Result<()> {
     let deformed = task
         .grasps
         .iter()
-        .map(|grasp| shape(&arap, grasp))
+        .map(|grasp| shapes(&arap, grasp))
         .collect::<Result<_, _>>()?;
     let energies = task
         .shapes_m
@@ -98,45 +100,52 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// From an untouched source, as each grasp is when it is the first of its handles.
-fn deform(arap: &Arap, grasp: &Grasp) -> Result<Deformed, ArapError> {
-    arap.grip(&grasp.handles)?.deform(&grasp.targets_m)
+/// A grasp's deformations, the first from an untouched source, and the seconds that each took on one core.
+fn deform(arap: &Arap, grasp: &Grasp) -> Result<Vec<(Deformed, f64)>, ArapError> {
+    let mut start = Instant::now();
+    let mut grip = arap.grip(&grasp.handles)?;
+    let mut series = Vec::new();
+    for targets_m in &grasp.series_m {
+        let deformed = grip.deform(targets_m)?;
+        series.push((deformed, start.elapsed().as_secs_f64()));
+        start = Instant::now();
+    }
+    Ok(series)
 }
 
-fn shape(arap: &Arap, grasp: &Grasp) -> Result<Shape, ArapError> {
-    let start = Instant::now();
-    let deformed = deform(arap, grasp)?;
-    Ok(Shape {
-        seconds: start.elapsed().as_secs_f64(),
+fn shapes(arap: &Arap, grasp: &Grasp) -> Result<Vec<Shape>, ArapError> {
+    let shape = |(deformed, seconds): (Deformed, f64)| Shape {
+        seconds,
         vertices_m: deformed.vertices_m,
         energy_m2: deformed.energy_m2,
         energies_m2: deformed.energies_m2,
         iterations: deformed.iterations,
         stop: format!("{:?}", deformed.stop),
-    })
+    };
+    Ok(deform(arap, grasp)?.into_iter().map(shape).collect())
 }
 
 /// Meshes a second while each worker deforms one after the other.
 fn rate(arap: &Arap, grasps: &[Grasp], timed: usize, workers: usize) -> anyhow::Result<f64> {
     let next = AtomicUsize::new(0);
-    let work = || -> Result<(), ArapError> {
+    let work = || -> Result<usize, ArapError> {
+        let mut meshes = 0;
         loop {
             let index = next.fetch_add(1, Ordering::Relaxed);
             if index >= timed {
-                return Ok(());
+                return Ok(meshes);
             }
-            deform(arap, &grasps[index % grasps.len()])?;
+            meshes += deform(arap, &grasps[index % grasps.len()])?.len();
         }
     };
     let start = Instant::now();
-    std::thread::scope(|scope| {
+    let meshes: usize = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        threads
-            .into_iter()
-            .try_for_each(|thread| match thread.join() {
-                Ok(result) => result.map_err(anyhow::Error::from),
-                Err(_) => anyhow::bail!("a worker panicked"),
-            })
+        let meshes = threads.into_iter().map(|thread| match thread.join() {
+            Ok(result) => result.map_err(anyhow::Error::from),
+            Err(_) => anyhow::bail!("a worker panicked"),
+        });
+        meshes.sum::<anyhow::Result<usize>>()
     })?;
-    Ok(timed as f64 / start.elapsed().as_secs_f64())
+    Ok(meshes as f64 / start.elapsed().as_secs_f64())
 }

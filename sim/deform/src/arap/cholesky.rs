@@ -1,4 +1,5 @@
-//! Sparse Cholesky factors: faer orders and factors, our own solve takes three right-hand sides at once.
+//! Sparse Cholesky factors: faer orders and factors, our own solve takes
+//! three right-hand sides at once.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::supernodal::SupernodeRef;
@@ -10,6 +11,7 @@ use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
 
+use super::block::{lower, upper};
 use crate::one_ring::OneRings;
 
 /// Three components of an unknown, and one to fill the machine's registers.
@@ -112,8 +114,18 @@ impl Cholesky {
             entries.extend(above.map(|(_, weight)| off_diagonal(weight)));
             entries.push(diagonal(column));
         }
-        let pattern = SymbolicSparseColMatRef::new_checked(count, count, &starts, None, &rows);
-        let matrix = SparseColMatRef::new(pattern, &entries);
+        Self::factor(count, &starts, &rows, &entries)
+    }
+
+    /// Factors the matrix whose entries up to the diagonal these are, column by column.
+    fn factor(
+        count: usize,
+        starts: &[usize],
+        rows: &[usize],
+        entries: &[f64],
+    ) -> Result<Self, FactorFault> {
+        let pattern = SymbolicSparseColMatRef::new_checked(count, count, starts, None, rows);
+        let matrix = SparseColMatRef::new(pattern, entries);
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             supernodal_params: SymbolicSupernodalParams { relax: Some(RELAX) },
@@ -239,68 +251,5 @@ impl Cholesky {
                 _ => upper::<4>(block_values, block_rows, own, below, base),
             }
         }
-    }
-}
-
-/// Solves a block's own unknowns and takes them out of the rows below. `below` starts at row `base`.
-#[inline(always)]
-fn lower<const W: usize>(
-    values: &[f64],
-    rows: &[u32],
-    own: &mut [Lane],
-    below: &mut [Lane],
-    base: usize,
-) {
-    let (values, _) = values.as_chunks::<W>();
-    let mut solved = [[0.0; 4]; W];
-    for row in 0..W {
-        let mut sum = own[row];
-        for column in 0..row {
-            subtract(&mut sum, values[row][column], &solved[column]);
-        }
-        solved[row] = sum.map(|component| component * values[row][row]);
-        own[row] = solved[row];
-    }
-    for (&row, factors) in rows.iter().zip(&values[W..]) {
-        let place = &mut below[row as usize - base];
-        let mut sum = *place;
-        for column in 0..W {
-            subtract(&mut sum, factors[column], &solved[column]);
-        }
-        *place = sum;
-    }
-}
-
-/// Takes the rows below out of a block's own unknowns and solves these. `below` starts at row `base`.
-#[inline(always)]
-fn upper<const W: usize>(
-    values: &[f64],
-    rows: &[u32],
-    own: &mut [Lane],
-    below: &[Lane],
-    base: usize,
-) {
-    let (values, _) = values.as_chunks::<W>();
-    let mut sums = [[0.0; 4]; W];
-    sums.copy_from_slice(own);
-    for (&row, factors) in rows.iter().zip(&values[W..]) {
-        let known = below[row as usize - base];
-        for column in 0..W {
-            subtract(&mut sums[column], factors[column], &known);
-        }
-    }
-    for row in (0..W).rev() {
-        let solved = sums[row].map(|component| component * values[row][row]);
-        for column in 0..row {
-            subtract(&mut sums[column], values[row][column], &solved);
-        }
-        own[row] = solved;
-    }
-}
-
-#[inline(always)]
-fn subtract(sum: &mut Lane, factor: f64, lane: &Lane) {
-    for component in 0..4 {
-        sum[component] -= factor * lane[component];
     }
 }

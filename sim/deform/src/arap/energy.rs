@@ -1,6 +1,7 @@
 //! The energy of Eq. 3, its gradient, and what it asks of the places.
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use crate::one_ring::OneRings;
 
@@ -104,7 +105,7 @@ impl Surface {
     /// Right-hand sides of the system that the best displacements solve: half of each edge's weight times how far the
     /// rotations at its ends move it together.
     pub fn pulls(&self, rotations: &Rotations, pulls: &mut [[f64; 4]]) {
-        for (vertex, pull) in pulls.iter_mut().enumerate() {
+        in_parts(pulls, |vertex, pull| {
             let (place, own) = (self.rest_m[vertex], rotations.excess[vertex]);
             let mut sum = Vector3::zeros();
             for (neighbour, weight) in self.rings.of(vertex) {
@@ -112,7 +113,8 @@ impl Surface {
                 sum += (own + rotations.excess[neighbour]) * edge * (weight / 2.0);
             }
             *pull = [sum.x, sum.y, sum.z, 0.0];
-        }
+            0.0
+        });
     }
 
     /// Energy in square metres of displaced vertices with these rotations, and into `gradient` its derivative with
@@ -123,14 +125,12 @@ impl Surface {
         moved_m: &[Vector3<f64>],
         gradient: &mut [Vector3<f64>],
     ) -> f64 {
-        let mut energy = 0.0;
-        for (vertex, slope) in gradient.iter_mut().enumerate() {
+        in_parts(gradient, |vertex, slope| {
             let (stretch, stretch_slope) = self.stretch(vertex, &rotations.excess[vertex], moved_m);
             let (bend, bend_slope) = self.bend(vertex, &rotations.quaternions);
-            energy += stretch + self.smoothing_m2 * bend;
             *slope = stretch_slope + bend_slope * self.smoothing_m2;
-        }
-        energy
+            stretch + self.smoothing_m2 * bend
+        })
     }
 
     /// Σ w |(v'ᵢ−v'ⱼ) − Rᵢ(vᵢ−vⱼ)|² over a vertex' neighbours, and its slope.
@@ -177,4 +177,25 @@ impl Surface {
             .map(|(neighbour, weight)| weight * (place - self.rest_m[neighbour]).norm_squared())
             .sum()
     }
+}
+
+/// Vertices whose share of an energy is summed up by one thread.
+const PART: usize = 4096;
+/// Several threads pay from so many vertices on. Smaller meshes are better deformed several at a time.
+const PARALLEL_MIN: usize = 32_768;
+
+/// Calls `work` with each index and its entry, and sums up what it returns: part by part, then the parts in order, so
+/// that the sum is the same for any number of threads.
+fn in_parts<T: Send>(entries: &mut [T], work: impl Fn(usize, &mut T) -> f64 + Sync) -> f64 {
+    let sum = |(part, entries): (usize, &mut [T])| -> f64 {
+        let numbered = entries.iter_mut().enumerate();
+        numbered
+            .map(|(index, entry)| work(part * PART + index, entry))
+            .sum()
+    };
+    if entries.len() < PARALLEL_MIN {
+        return entries.chunks_mut(PART).enumerate().map(sum).sum();
+    }
+    let sums: Vec<f64> = entries.par_chunks_mut(PART).enumerate().map(sum).collect();
+    sums.iter().sum()
 }

@@ -125,7 +125,7 @@ impl Grip<'_> {
             .collect();
         match moves_m
             .iter()
-            .position(|way| !(way.norm() <= self.arap.reach_m))
+            .position(|way| way.norm().is_nan() || way.norm() > self.arap.reach_m)
         {
             None => Ok(moves_m),
             Some(index) => Err(ArapError::Target {

@@ -67,7 +67,7 @@ pub(super) struct Outcome {
 }
 
 /// Pairs of steps and changes of slope that are remembered.
-const MEMORY: usize = 6;
+const MEMORY: usize = 5;
 /// A step must gain this share of what the slope promises.
 const SUFFICIENT: f64 = 1e-4;
 /// Times a step is shortened before it is given up.
@@ -85,22 +85,23 @@ pub(super) fn minimise(
     let mut energies_m2 = vec![state.energy_m2];
     let mut next = State::rest(state.moved_m.len());
     let mut memory = Memory::default();
+    let mut step = vec![Vector3::zeros(); state.moved_m.len()];
     let stop = loop {
         if energies_m2.len() > limits.iterations_max {
             break Stop::IterationLimit;
         }
-        let mut step = memory.step(&state.gradient, preconditioner);
+        memory.step(&state.gradient, preconditioner, &mut step);
         let mut lower = search(surface, places, state, &mut next, &mut step);
         if !lower && !memory.pairs.is_empty() {
             memory.pairs.clear();
-            step = memory.step(&state.gradient, preconditioner);
+            memory.step(&state.gradient, preconditioner, &mut step);
             lower = search(surface, places, state, &mut next, &mut step);
         }
         if !lower {
             break Stop::NoDescent;
         }
         let change = state.energy_m2 - next.energy_m2;
-        memory.learn(step, &state.gradient, &next.gradient);
+        memory.learn(&step, &state.gradient, &next.gradient);
         std::mem::swap(state, &mut next);
         energies_m2.push(state.energy_m2);
         if change <= limits.energy_change_min * state.energy_m2 {
@@ -119,7 +120,7 @@ fn search(
     step: &mut [Vector3<f64>],
 ) -> bool {
     let slope = dot(step, &state.gradient);
-    if !(slope < 0.0) {
+    if slope.is_nan() || slope >= 0.0 {
         return false;
     }
     let mut length = 1.0;
@@ -141,8 +142,10 @@ fn search(
 #[derive(Default)]
 struct Memory {
     pairs: VecDeque<Pair>,
+    lanes: Vec<Lane>,
 }
 
+#[derive(Default)]
 struct Pair {
     step: Vec<Vector3<f64>>,
     change: Vec<Vector3<f64>>,
@@ -151,53 +154,61 @@ struct Pair {
 }
 
 impl Memory {
-    /// The step that would lead to the least energy if it were as curved as remembered.
-    fn step(&self, gradient: &[Vector3<f64>], preconditioner: &Cholesky) -> Vec<Vector3<f64>> {
-        let mut step: Vec<Vector3<f64>> = gradient.iter().map(|slope| -slope).collect();
+    /// Sets `step` to what would lead to the least energy if it were as curved as remembered.
+    fn step(
+        &mut self,
+        gradient: &[Vector3<f64>],
+        preconditioner: &Cholesky,
+        step: &mut [Vector3<f64>],
+    ) {
+        for (step, slope) in step.iter_mut().zip(gradient) {
+            *step = -slope;
+        }
         let mut shares = [0.0; MEMORY];
         for (pair, share) in self.pairs.iter().zip(&mut shares).rev() {
-            *share = dot(&pair.step, &step) / pair.curvature;
-            add(&mut step, -*share, &pair.change);
+            *share = dot(&pair.step, step) / pair.curvature;
+            add(step, -*share, &pair.change);
         }
-        precondition(preconditioner, &mut step);
+        self.precondition(preconditioner, step);
         for (pair, share) in self.pairs.iter().zip(shares) {
-            let back = dot(&pair.change, &step) / pair.curvature;
-            add(&mut step, share - back, &pair.step);
+            let back = dot(&pair.change, step) / pair.curvature;
+            add(step, share - back, &pair.step);
         }
-        step
     }
 
-    fn learn(&mut self, step: Vec<Vector3<f64>>, before: &[Vector3<f64>], after: &[Vector3<f64>]) {
-        let change: Vec<_> = after
-            .iter()
-            .zip(before)
-            .map(|(after, before)| after - before)
-            .collect();
-        let curvature = dot(&step, &change);
+    fn precondition(&mut self, preconditioner: &Cholesky, step: &mut [Vector3<f64>]) {
+        self.lanes.clear();
+        self.lanes
+            .extend(step.iter().map(|turn| [turn.x, turn.y, turn.z, 0.0]));
+        preconditioner.solve_lower(&mut self.lanes);
+        preconditioner.solve_upper(&mut self.lanes);
+        for (turn, lane) in step.iter_mut().zip(&self.lanes) {
+            *turn = Vector3::new(lane[0], lane[1], lane[2]);
+        }
+    }
+
+    fn learn(&mut self, step: &[Vector3<f64>], before: &[Vector3<f64>], after: &[Vector3<f64>]) {
+        let oldest = if self.pairs.len() < MEMORY {
+            None
+        } else {
+            self.pairs.pop_front()
+        };
+        let mut pair = oldest.unwrap_or_default();
+        pair.step.clear();
+        pair.step.extend_from_slice(step);
+        pair.change.clear();
+        pair.change.extend(
+            after
+                .iter()
+                .zip(before)
+                .map(|(after, before)| after - before),
+        );
+        pair.curvature = dot(step, &pair.change);
         // Only what curves upward says where the least energy is.
-        if !(curvature > 1e-10 * dot(&change, &change).sqrt() * dot(&step, &step).sqrt()) {
-            return;
+        let least = 1e-10 * (dot(&pair.change, &pair.change) * dot(step, step)).sqrt();
+        if pair.curvature > least {
+            self.pairs.push_back(pair);
         }
-        if self.pairs.len() == MEMORY {
-            self.pairs.pop_front();
-        }
-        self.pairs.push_back(Pair {
-            step,
-            change,
-            curvature,
-        });
-    }
-}
-
-fn precondition(preconditioner: &Cholesky, step: &mut [Vector3<f64>]) {
-    let mut lanes: Vec<Lane> = step
-        .iter()
-        .map(|turn| [turn.x, turn.y, turn.z, 0.0])
-        .collect();
-    preconditioner.solve_lower(&mut lanes);
-    preconditioner.solve_upper(&mut lanes);
-    for (turn, lane) in step.iter_mut().zip(lanes) {
-        *turn = Vector3::new(lane[0], lane[1], lane[2]);
     }
 }
 

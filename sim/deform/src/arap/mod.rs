@@ -12,6 +12,7 @@
 //! left is a function of the rotations alone, close to a quadratic one. It is minimised by L-BFGS, preconditioned by
 //! what the smoothing term alone would ask.
 
+mod block;
 mod cholesky;
 mod energy;
 mod error;

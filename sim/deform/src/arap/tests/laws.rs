@@ -97,11 +97,11 @@ fn the_forces_balance_everywhere_but_at_the_constraints() {
         let (surface, state) = (&arap.surface, &grip.state);
         let mut pulls = vec![[0.0; 4]; mesh.vertices.len()];
         surface.pulls(&state.rotations, &mut pulls);
-        for vertex in 0..mesh.vertices.len() {
+        for (vertex, pull) in pulls.iter().enumerate() {
             if arap.held[vertex] || grip.handles.vertices.contains(&vertex) {
                 continue;
             }
-            let mut force = -Vector3::new(pulls[vertex][0], pulls[vertex][1], pulls[vertex][2]);
+            let mut force = -Vector3::new(pull[0], pull[1], pull[2]);
             for (neighbour, weight) in surface.rings.of(vertex) {
                 force += (state.moved_m[vertex] - state.moved_m[neighbour]) * weight;
             }
@@ -197,6 +197,39 @@ fn going_on_from_the_last_targets_ends_where_a_fresh_start_does_and_sooner() {
             warm.iterations,
             cold.iterations
         );
+    }
+}
+
+#[test]
+fn without_handles_nothing_moves() {
+    let mesh = tube(13, AROUND, RINGS);
+    let all: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    for held in [&all[..], &all[..3]] {
+        let arap = Arap::new(&mesh, held, ArapSettings::default()).unwrap();
+        let deformed = arap.grip(&[]).unwrap().deform(&[]).unwrap();
+        assert_eq!((deformed.energy_m2, deformed.iterations), (0.0, 0));
+        let rest: Vec<Point3<f64>> = mesh.vertices.iter().map(|place| place.cast()).collect();
+        assert_eq!(deformed.vertices_m, rest);
+    }
+}
+
+/// Large meshes share the work of a deformation among threads.
+#[test]
+fn the_number_of_threads_does_not_show_in_a_single_bit() {
+    for (seed, around, rings) in [(14, AROUND, RINGS), (15, 200, 170)] {
+        let mesh = tube(seed, around, rings);
+        let (handles, targets_m) = pinch(&mesh, around, 0.01);
+        let deform = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let arap = Arap::new(&mesh, &rims(around, rings), ArapSettings::default()).unwrap();
+                arap.grip(&handles).unwrap().deform(&targets_m).unwrap()
+            })
+        };
+        assert_eq!(deform(1), deform(2));
     }
 }
 

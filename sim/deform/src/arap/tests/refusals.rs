@@ -159,3 +159,11 @@ fn triangles_without_area_do_no_harm() {
             .all(|pair| pair[1] <= pair[0])
     );
 }
+
+#[test]
+fn a_mesh_without_area_is_refused() {
+    let mut mesh = tube(37, 6, 4);
+    mesh.vertices.fill(Point3::new(0.1, 0.2, 0.3));
+    let refused = Arap::new(&mesh, &rims(6, 4), ArapSettings::default());
+    assert!(matches!(refused, Err(ArapError::Singular { .. })));
+}
