@@ -1,6 +1,7 @@
 //! Self-intersections of a mesh: which pairs of triangles pass through each other.
 
 mod boxes;
+mod fans;
 #[cfg(test)]
 mod tests;
 mod triangles;
@@ -9,6 +10,7 @@ use nalgebra::Point3;
 use sim_objects::Mesh;
 
 use boxes::BoxTree;
+use fans::Fans;
 use triangles::Triangles;
 
 /// Finds the self-intersections that a deformation has added to its source mesh.
@@ -19,6 +21,7 @@ pub struct SelfIntersections {
     /// In the order of the tree's leaves, so that neighbours are near in memory.
     triangles: Vec<[u32; 3]>,
     tree: BoxTree,
+    fans: Fans,
     /// The source's own, sorted.
     known: Vec<[u32; 2]>,
 }
@@ -28,12 +31,11 @@ impl SelfIntersections {
     pub fn of(source: &Mesh) -> Self {
         let vertices_m: Vec<Point3<f64>> = source.vertices.iter().map(|v| v.cast()).collect();
         let tree = BoxTree::new(&vertices_m, &source.triangles);
+        let in_order = |&triangle: &u32| source.triangles[triangle as usize];
+        let triangles: Vec<[u32; 3]> = tree.order.iter().map(in_order).collect();
         let mut intersections = Self {
-            triangles: tree
-                .order
-                .iter()
-                .map(|&t| source.triangles[t as usize])
-                .collect(),
+            fans: Fans::new(vertices_m.len(), &triangles),
+            triangles,
             tree,
             known: Vec::new(),
         };
@@ -57,7 +59,8 @@ impl SelfIntersections {
 
     fn pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {
         let mut pairs = Vec::new();
-        let triangles = Triangles::new(vertices_m, &self.triangles);
+        let mut triangles = Triangles::new(vertices_m, &self.triangles);
+        triangles.skip_plain_fans(&self.fans);
         let visit = |a: u32, b: u32| {
             if triangles.intersect(a, b) {
                 let [a, b] = [a, b].map(|place| self.tree.order[place as usize]);

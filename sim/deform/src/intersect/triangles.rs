@@ -3,12 +3,16 @@
 use nalgebra::{Point3, Vector3};
 use robust::{Coord3D, orient3d};
 
+use super::fans::Fans;
+
 /// A mesh whose triangles are compared.
 pub(super) struct Triangles<'a> {
     vertices_m: &'a [Point3<f64>],
     triangles: &'a [[u32; 3]],
     /// Perpendicular to each triangle, twice as long as its area.
     normals: Vec<Vector3<f64>>,
+    /// Vertices whose triangles are known not to intersect each other; none where nothing is known.
+    plain: Vec<bool>,
     /// A length along a unit vector, and a volume (of the box that three edges span): below these a sign may be wrong.
     doubt_m: f64,
     doubt_m3: f64,
@@ -28,10 +32,16 @@ impl<'a> Triangles<'a> {
             vertices_m,
             triangles,
             normals,
+            plain: Vec::new(),
             // Nearly a hundred times the rounding of one such length and of a product of three.
             doubt_m: 1e-14 * longest_sq.sqrt(),
             doubt_m3: 1e-14 * longest_sq * longest_sq.sqrt(),
         }
+    }
+
+    /// Saves looking at most pairs that share a vertex: nearly all pairs whose boxes touch are such.
+    pub fn skip_plain_fans(&mut self, fans: &Fans) {
+        self.plain = fans.are_plain(self.vertices_m, &self.normals);
     }
 
     /// Whether two triangles whose boxes touch have a point in common beyond the vertices that they share.
@@ -43,6 +53,7 @@ impl<'a> Triangles<'a> {
         let [one, other] = pair.map(|index| &self.triangles[index as usize]);
         match shared(one, other) {
             Shared::None => self.disjoint(pair),
+            Shared::Vertex(i, _) if self.plain.get(one[i] as usize) == Some(&true) => false,
             Shared::Vertex(i, j) => self.at_a_vertex(pair, [rotated(one, i), rotated(other, j)]),
             Shared::Edge(apex) => self.at_an_edge(pair, other[apex]),
             Shared::All => false,
