@@ -1,7 +1,8 @@
-//! Makes a mesh of a scan: `reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points] [--no-normals]`.
+//! Makes a mesh of a scan: `reconstruct SCAN MESH.ply [METRES_PER_UNIT] [--points] [--no-normals] [--count=N]`.
 //!
 //! Prints one JSON object with the report and the times of the parts. With `--points` a mesh's triangles are left out,
-//! so that its vertices are taken as a raw scan; with `--no-normals` its normals are found anew.
+//! so that its vertices are taken as a raw scan; with `--no-normals` its normals are found anew; `--count` says how many
+//! points it is thinned to and how many vertices come out.
 
 use std::time::Instant;
 
@@ -27,8 +28,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if flags.iter().any(|flag| flag == "--no-normals") {
         scan.normals = None;
     }
+    let mut settings = Settings::default();
+    if let Some(count) = flags.iter().find_map(|flag| flag.strip_prefix("--count=")) {
+        settings.point_count = count.parse()?;
+        settings.vertex_count = settings.point_count;
+    }
     let start = Instant::now();
-    let (mesh, report) = mesh_from_scan(&scan, &Settings::default())?;
+    let (mesh, report) = mesh_from_scan(&scan, &settings)?;
     let total = start.elapsed().as_secs_f64();
     file::write_ply(target, &mesh)?;
     eprintln!("{report}");

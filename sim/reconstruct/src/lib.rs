@@ -3,6 +3,10 @@
 //! Points get outward normals, are thinned to an even density and become a surface by Poisson's equation; what no point
 //! supports is trimmed, and the rest gets even triangles. A mesh skips all this. Both are cleaned then, so that the
 //! result keeps to the laws of [`check()`], which deformation relies on.
+//!
+//! Two walls nearer to each other than the thinned points grow together here and there; [`Report::handles`] tells, and a
+//! larger [`Settings::point_count`] helps. Points without normals show two walls only if these are farther apart than
+//! the raw points' neighbours.
 
 mod check;
 mod clean;
