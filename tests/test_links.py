@@ -72,9 +72,10 @@ def test_an_absent_service_is_named(start):
 
 def test_a_restarted_master_learns_of_the_node_again(start, core):
     start('camera_mount', _translation_m='[0.2, 0.0, 0.1]')
+    first_run = core.output('rosparam', 'get', '/run_id')
     core.roscore.stop()
     core.start()
-    assert '/camera_mount' not in core.nodes()
+    assert core.output('rosparam', 'get', '/run_id') != first_run, 'a master that knows nothing of the node'
     wait_until(lambda: '/camera_mount' in core.nodes(), 15, 'camera_mount at the new master')
     assert 'camera_link' in core.output('rostopic', 'echo', '-n1', '/tf_static')
     assert core.output('rosparam', 'get', '/camera_mount/translation_m').split() == ['-', '0.2', '-', '0.0', '-', '0.1']

@@ -125,3 +125,24 @@ def test_a_stall_is_not_made_up_for(wrist):
     wrist.rests()
     early = [when for when, _ in wrist.commands.all() if when < resumed + 0.05]
     assert len(early) <= 10, f'{len(early)} commands within 50 ms'
+
+
+def test_commands_that_nobody_would_hear_are_not_sent(start):
+    """A robot that is seen but does not listen, as behind a firewall, or just after a restart of the rotator."""
+    from baxter_core_msgs.msg import AssemblyState
+    from deformable_cobot.srv import RotateWrist
+    names = [f'left_{joint}' for joint in ('s0', 's1', 'e0', 'e1', 'w0', 'w1', 'w2')]
+    states = rospy.Publisher('/robot/state', AssemblyState, queue_size=1)
+    joints = rospy.Publisher('/robot/joint_states', JointState, queue_size=1)
+
+    def speak(_):
+        states.publish(AssemblyState(ready=True, enabled=True))
+        message = JointState(name=names, position=[0.0] * 7, velocity=[0.0] * 7)
+        message.header.stamp = rospy.Time.now()
+        joints.publish(message)
+
+    start('wrist_rotator')
+    rospy.Timer(rospy.Duration(0.01), speak)
+    rospy.wait_for_service('rotate_wrist', 20)
+    turn = rospy.ServiceProxy('rotate_wrist', RotateWrist)
+    wait_until(lambda: f'nobody listens to {COMMANDS}' in turn(0.6).error, 20, 'a refusal for want of a listener')

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 /// rosrust does not tell subscribers that a topic is latched, so that rosbag records it once and replays it never again.
 const REPEAT: Duration = Duration::from_secs(1);
+/// Pause between looks for a listener; rosrust tells nobody when one comes.
+const LISTENER_PERIOD: Duration = Duration::from_millis(20);
 
 /// Whether late subscribers get the last message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +68,18 @@ impl<T: Message> Publisher<T> {
     /// Whether anybody listens. A subscriber that vanished counts until the next message to it fails.
     pub fn is_subscribed(&self) -> bool {
         self.core.is_subscribed()
+    }
+
+    /// Waits until somebody listens, so that what is sent next is not lost; `false` when nobody does in time.
+    pub async fn until_subscribed(&self, patience: Duration) -> bool {
+        let deadline = Instant::now() + patience;
+        while !self.is_subscribed() {
+            if Instant::now() >= deadline {
+                return false;
+            }
+            tokio::time::sleep(LISTENER_PERIOD).await;
+        }
+        true
     }
 }
 

@@ -28,8 +28,9 @@ pub enum MotionError {
     Refused(#[from] Refusal),
     /// The arm is elsewhere than it was told.
     #[error(
-        "motion stopped: {joint} is at {measured_rad:.3} rad when {commanded_rad:.3} was commanded: \
-         the arm is blocked, slower than the speed ratio asked for, or does not receive its commands"
+        "motion stopped: {joint} is at {measured_rad:.3} rad when {commanded_rad:.3} was commanded, and has been \
+         no nearer for {lagging_s:.1} s: the arm is blocked, slower than the speed ratio asked for, or does not \
+         receive its commands"
     )]
     NotFollowing {
         /// Joint.
@@ -38,6 +39,8 @@ pub enum MotionError {
         measured_rad: f64,
         /// Where it should be.
         commanded_rad: f64,
+        /// How long it has been too far behind.
+        lagging_s: f64,
     },
     /// Too late.
     #[error(
@@ -68,10 +71,13 @@ pub struct Motion {
     joint: &'static str,
     target_rad: f64,
     following_error_max_rad: f64,
+    following_patience: Duration,
     advance_max_s: f64,
     started: Instant,
     deadline: Instant,
     last_tick: Instant,
+    /// When the arm was last near enough to what is commanded.
+    last_followed: Instant,
     trajectory_time_s: f64,
 }
 
@@ -109,10 +115,12 @@ impl Motion {
             joint: parameters.side.joint_names()[W2],
             target_rad,
             following_error_max_rad: parameters.following_error_max_rad,
+            following_patience: Duration::from_secs_f64(parameters.following_patience_s),
             advance_max_s: CATCH_UP_TICKS / parameters.rate_hz,
             started: now,
             deadline: now + Duration::from_secs_f64(allowed_s),
             last_tick: now,
+            last_followed: now,
             trajectory_time_s: 0.0,
         })
     }
@@ -128,7 +136,7 @@ impl Motion {
     /// The robot must not move on; it does not follow; it is too late. Stop commanding.
     pub fn step(&mut self, snapshot: &Snapshot, now: Instant) -> Result<Step, MotionError> {
         let measured_rad = self.guard.check(snapshot, now)?[W2];
-        let commanded_rad = self.advance(now);
+        let commanded_rad = self.advance(measured_rad, now);
         if self.trajectory_time_s >= self.trajectory.duration_s()
             && let Some(sample) = snapshot.joints[W2]
             && let Some(arrived) = self.arrival.observe(sample.value)
@@ -141,9 +149,16 @@ impl Motion {
         Ok(Step::Command(angles_rad))
     }
 
-    fn advance(&mut self, now: Instant) -> f64 {
+    /// The trajectory waits for an arm that is held up: the commanded angle is never far ahead of where the arm is, so that
+    /// it does not rush on when the hold-up ends.
+    fn advance(&mut self, measured_rad: f64, now: Instant) -> f64 {
         let elapsed_s = now.saturating_duration_since(self.last_tick).as_secs_f64();
         self.last_tick = now;
+        let commanded_rad = self.trajectory.angle_rad(self.trajectory_time_s);
+        if (measured_rad - commanded_rad).abs() > self.following_error_max_rad {
+            return commanded_rad;
+        }
+        self.last_followed = now;
         self.trajectory_time_s += elapsed_s.min(self.advance_max_s);
         self.trajectory.angle_rad(self.trajectory_time_s)
     }
@@ -155,11 +170,13 @@ impl Motion {
         now: Instant,
     ) -> Result<(), MotionError> {
         let joint = self.joint;
-        if (measured_rad - commanded_rad).abs() > self.following_error_max_rad {
+        let lagging = now.saturating_duration_since(self.last_followed);
+        if lagging > self.following_patience {
             return Err(MotionError::NotFollowing {
                 joint,
                 measured_rad,
                 commanded_rad,
+                lagging_s: lagging.as_secs_f64(),
             });
         }
         if now >= self.deadline {

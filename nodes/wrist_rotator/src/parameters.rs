@@ -70,8 +70,10 @@ pub struct Parameters {
     pub dwell_s: f64,
     /// Time allowed beyond the trajectory's own before the motion is given up.
     pub deadline_margin_s: f64,
-    /// Distance between commanded and measured angle at which the motion is given up.
+    /// Distance between commanded and measured angle at which the trajectory waits for the arm.
     pub following_error_max_rad: f64,
+    /// How long it waits before the motion is given up.
+    pub following_patience_s: f64,
     /// Age at which `/robot/state` is too old to move on.
     pub state_age_max_s: f64,
     /// Age at which joint angles are too old to move on.
@@ -99,6 +101,7 @@ impl Default for Parameters {
             dwell_s: 0.1,
             deadline_margin_s: 2.0,
             following_error_max_rad: 0.2,
+            following_patience_s: 1.0,
             state_age_max_s: 0.5,
             joints_age_max_s: 0.2,
             require_ready: false,
@@ -148,6 +151,7 @@ impl Parameters {
                 0.02,
                 1.0,
             ),
+            ("following_patience_s", self.following_patience_s, 0.0, 10.0),
             ("state_age_max_s", self.state_age_max_s, 0.02, 5.0),
             ("joints_age_max_s", self.joints_age_max_s, 0.02, 5.0),
         ];

@@ -16,6 +16,8 @@ use wrist_rotator::{Arrived, Monitor, Motion, MotionError, Parameters, Refusal, 
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 /// Pause between such questions during a motion.
 const MASTER_PERIOD: Duration = Duration::from_millis(500);
+/// How long the robot has to listen to the commands: after a restart of this node its link takes a moment.
+const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Why a turn failed.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +31,17 @@ pub enum TurnError {
     /// One turn at a time.
     #[error("not moved: the wrist is already turning; wait for its end")]
     Busy,
+    /// Commands would be lost.
+    #[error(
+        "not moved: nobody listens to {topic} (waited {patience:.1?}); is the robot there, and can it reach this \
+         computer by its ROS_IP?"
+    )]
+    NobodyListens {
+        /// Topic of the commands.
+        topic: String,
+        /// How long it was waited for.
+        patience: Duration,
+    },
     /// The node was told to end.
     #[error("motion stopped: the wrist rotator is shutting down")]
     Shutdown,
@@ -81,16 +94,13 @@ impl Rotator {
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
         let mut shutdown = self.shutdown.subscribe();
         self.ask_for_other_publishers().await;
+        // What forbids the motion is said before anything is waited for.
+        self.motion_to(target_rad)?;
+        self.check_listener().await?;
         self.speed_ratio.send(Float64 {
             data: self.parameters.speed_ratio,
         });
-        let motion = Motion::start(
-            &self.parameters,
-            self.monitor().snapshot(),
-            target_rad,
-            Instant::now(),
-        );
-        let motion = motion?;
+        let motion = self.motion_to(target_rad)?;
         tokio::select! {
             // In this order, so that no command follows an order to stop.
             biased;
@@ -123,6 +133,25 @@ impl Rotator {
                 }),
             }
         }
+    }
+
+    fn motion_to(&self, target_rad: f64) -> Result<Motion, Refusal> {
+        let monitor = self.monitor();
+        Motion::start(
+            &self.parameters,
+            monitor.snapshot(),
+            target_rad,
+            Instant::now(),
+        )
+    }
+
+    async fn check_listener(&self) -> Result<(), TurnError> {
+        let patience = LISTENER_PATIENCE;
+        if self.command.until_subscribed(patience).await {
+            return Ok(());
+        }
+        let topic = self.command_topic.clone();
+        Err(TurnError::NobodyListens { topic, patience })
     }
 
     async fn watch_other_publishers(&self) -> Infallible {

@@ -174,6 +174,30 @@ fn a_command_topic_that_froze_is_noticed() {
 }
 
 #[test]
+fn a_motion_outlasts_commands_that_are_lost_for_a_while() {
+    let mut bench = Bench::new();
+    let mut motion = bench.start(1.5);
+    let started = bench.now;
+    let arrived = loop {
+        let step = motion.step(bench.monitor.snapshot(), bench.now).unwrap();
+        let measured_rad = bench.w2().0;
+        match step {
+            Step::Arrived(arrived) => break arrived,
+            Step::Command(angles_rad) => {
+                let ahead_rad = angles_rad[W2] - measured_rad;
+                assert!(ahead_rad < 0.22, "{ahead_rad} rad ahead of the arm");
+                let lost = (0.3..1.0).contains(&(bench.now - started).as_secs_f64());
+                if !lost {
+                    bench.obey(angles_rad);
+                }
+            }
+        }
+        bench.tick();
+    };
+    assert!((arrived.angle_rad - 1.5).abs() < 0.0087);
+}
+
+#[test]
 fn a_blocked_joint_misses_its_deadline() {
     let mut bench = Bench::new();
     // So short a way that the following error stays within bounds.

@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use node::{Clock, Latch, Node, Publisher, Transforms};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use view_capture::Parameters;
 
 /// The publishers of views. Clones share them.
@@ -67,14 +67,10 @@ impl Output {
 
     /// Waits until somebody listens to the views, so that the first one is not lost.
     pub async fn wait_for_listener(&self, patience: Duration) -> anyhow::Result<()> {
-        let deadline = Instant::now() + patience;
-        while !self.views.is_subscribed() {
-            anyhow::ensure!(
-                Instant::now() < deadline,
-                "nobody listens to 'views' (waited {patience:.1?}); is icp_registration running?"
-            );
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
+        anyhow::ensure!(
+            self.views.until_subscribed(patience).await,
+            "nobody listens to 'views' (waited {patience:.1?}); is icp_registration running?"
+        );
         Ok(())
     }
 
