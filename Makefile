@@ -1,5 +1,6 @@
 # make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
-# make test                    all tests
+# make test                    all tests but those of a cluster
+# make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make build                   programs in target/release, ROS package in target/catkin/devel
 # make bench                   how fast, how often right
 # make lint                    formatting, warnings, spelling
@@ -8,7 +9,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test build bench lint setup
+.PHONY: demo test test-cluster build bench lint setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -34,14 +35,22 @@ test: build
 	source setup/environment
 	$(PYTHON) -m pytest tests
 
+test-cluster: build
+	setup/install munge slurm-client slurmctld slurmd
+	$(PYTHON) -m pytest tests/cluster
+
 bench: build
 	source setup/environment
 	$(PYTHON) tests/bench
+	setup/install python3-venv
+	$(PYTHON) tests/peers/arap
+	$(PYTHON) tests/peers/reconstruct
+	$(PYTHON) tests/peers/dataset
 
 lint:
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
-	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench
+	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,reconstruct}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

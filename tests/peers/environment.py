@@ -1,5 +1,6 @@
 """A virtual environment of its own for what the peers need, made once for each requirements.txt."""
 
+import os
 import pathlib
 import subprocess
 import sys
@@ -18,6 +19,22 @@ def enter():
         make()
         made.write_text(REQUIREMENTS.read_text())
     sys.exit(subprocess.run([FOLDER / 'bin/python', *sys.argv]).returncode)
+
+
+def scans():
+    """Paths of the real scans; where there are none, says so and ends."""
+    folder = pathlib.Path(os.environ.get('DEFORMABLE_COBOT_REAL', REPOSITORY.parent / 'shared/real')) / 'scans'
+    found = sorted(folder.glob('*.ply'))
+    if not found:
+        print(f'skipped: no scans in {folder}; DEFORMABLE_COBOT_REAL names another folder')
+        sys.exit(0)
+    return found
+
+
+def example(package, name):
+    """The command that runs an example of one of the crates."""
+    return ['cargo', 'run', '--quiet', '--release', '--manifest-path', str(REPOSITORY / 'Cargo.toml'),
+            '--package', package, '--example', name, '--']
 
 
 def make():
