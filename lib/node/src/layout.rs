@@ -202,7 +202,7 @@ fn take(reader: &mut impl Read, size: usize, bytes: &mut Vec<u8>) -> io::Result<
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use rosrust::{Message, RosMsg};
+    use rosrust::Message;
 
     fn layout_of<T: Message>() -> Layout {
         Layout::parse(&T::msg_definition()).unwrap()

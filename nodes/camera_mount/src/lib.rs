@@ -47,7 +47,12 @@ impl CameraMount {
                 .try_for_each(|value| in_range(name, value, -limit..=limit, unit))
         };
         each("translation_m", self.translation_m, 2.0, "m")?;
-        each("rotation_rpy_rad", self.rotation_rpy_rad, 6.2832, "rad")
+        each(
+            "rotation_rpy_rad",
+            self.rotation_rpy_rad,
+            std::f64::consts::TAU,
+            "rad",
+        )
     }
 
     /// parent_from_camera.

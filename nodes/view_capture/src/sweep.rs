@@ -186,7 +186,9 @@ mod tests {
         let mut player = Player::new();
         player.go(0.0);
         for _ in 0..3 {
-            [-0.6, 0.0, 0.6].map(|angle| player.go(angle));
+            [-0.6, 0.0, 0.6]
+                .into_iter()
+                .for_each(|angle| player.go(angle));
         }
         assert_eq!(rounded(&player.scans), vec![vec![-6, 0, 6]; 3]);
     }
@@ -220,7 +222,9 @@ mod tests {
         player.sweep.reset();
         player.go(0.6);
         assert!(player.scans.is_empty());
-        [-0.6, 0.0, 0.6].map(|angle| player.go(angle));
+        [-0.6, 0.0, 0.6]
+            .into_iter()
+            .for_each(|angle| player.go(angle));
         assert_eq!(rounded(&player.scans), [[-6, 0, 6]]);
     }
 
