@@ -21,7 +21,7 @@ pub struct Settings {
     pub validation_specimens_per_class: usize,
     /// N, points of a cloud that the network sees.
     pub point_count: usize,
-    /// How clouds are centred: `box` or `centroid`.
+    /// How clouds are centred: `box`, `centroid` or `sphere`.
     pub centring: String,
     /// Share of the validation clouds that count as known.
     pub known_share: f64,
@@ -65,7 +65,8 @@ impl Settings {
     /// # Errors
     /// The text is neither `box` nor `centroid`.
     pub fn centring(&self) -> Result<Centring, ParameterError> {
-        let refuse = |()| ParameterError::new("centring", &self.centring, "box or centroid");
+        let refuse =
+            |()| ParameterError::new("centring", &self.centring, "box, centroid or sphere");
         self.centring.parse().map_err(refuse)
     }
 
@@ -137,7 +138,7 @@ mod tests {
         let message = refusal(|settings| settings.centring = "middle".to_owned());
         assert_eq!(
             message,
-            "parameter centring is middle; it must be box or centroid"
+            "parameter centring is middle; it must be box, centroid or sphere"
         );
         assert!(refusal(|settings| settings.training.learning_rate = f64::NAN).contains("NaN"));
     }

@@ -9,6 +9,7 @@ pub mod neighbours;
 pub mod normals;
 pub mod outliers;
 pub mod sample;
+mod sphere;
 pub mod voxel;
 
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -16,6 +17,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 pub use file::{FileError, Surface, read, read_surface, write_pcd, write_ply};
 pub use neighbours::Tree;
 pub use sample::{SampleError, farthest_points};
+pub use sphere::{Sphere, sphere};
 pub use voxel::VoxelError;
 
 /// Points that are fit to compute with, and how many were not.

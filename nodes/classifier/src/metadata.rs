@@ -12,6 +12,9 @@ pub enum Centring {
     Centroid,
     /// By the middle of its bounding box.
     Box,
+    /// By the centre of the sphere that it lies on, or nearly; of its bounding box where there is none. A part of a ball is
+    /// then as far from the origin as the whole.
+    Sphere,
 }
 
 impl FromStr for Centring {
@@ -21,6 +24,7 @@ impl FromStr for Centring {
         match text {
             "centroid" => Ok(Self::Centroid),
             "box" => Ok(Self::Box),
+            "sphere" => Ok(Self::Sphere),
             _ => Err(()),
         }
     }
@@ -31,6 +35,7 @@ impl fmt::Display for Centring {
         f.write_str(match self {
             Self::Centroid => "centroid",
             Self::Box => "box",
+            Self::Sphere => "sphere",
         })
     }
 }
@@ -89,7 +94,7 @@ impl ModelMetadata {
                 "a length above 0 and up to 100",
                 |metres: &f64| *metres > 0.0 && *metres <= 100.0,
             )?,
-            centring: entries.parsed("centring", "`centroid` or `box`", |_| true)?,
+            centring: entries.parsed("centring", "`centroid`, `box` or `sphere`", |_| true)?,
             network_version: entries.text("network_version")?,
             run_id: entries.text("run_id")?,
             known_threshold: entries.parsed(

@@ -22,9 +22,13 @@ pub fn preprocess(
     let model_from_cloud = rotation_between(up, &Vector3::z())?.cast::<f32>();
     let turned: Vec<Point3<f32>> = points.iter().map(|p| model_from_cloud * p).collect();
     let chosen = farthest_points(&turned, model.point_count)?;
+    let box_centre = || cloud::bounds(&turned).map(|bounds| bounds.centre());
     let centre = match model.centring {
         Centring::Centroid => cloud::centroid(&turned),
-        Centring::Box => cloud::bounds(&turned).map(|bounds| bounds.centre()),
+        Centring::Box => box_centre(),
+        Centring::Sphere => cloud::sphere(&turned)
+            .map(|sphere| sphere.centre.cast())
+            .or_else(box_centre),
     };
     let centre = centre.unwrap_or_else(Point3::origin);
     let units_per_metre = (1.0 / model.metres_per_unit) as f32;

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use nalgebra::Translation3;
 use sim_deform::SqueezeError;
 use sim_objects::file::{self, FileError};
 use sim_objects::{Mesh, ObjectClass, UnknownObject, Variation};
@@ -76,22 +75,17 @@ impl Held {
                     return Err(HeldError::NoFaces { path: path.clone() });
                 }
                 let mesh = sim_deform::squeeze(scan.mesh(), squeeze_m, seed)?;
-                Some(stood_up(&mesh))
+                Some(mesh.stood_up())
             }
         })
     }
 }
 
-/// Moved so that the middle of its bottom is the origin.
-fn stood_up(mesh: &Mesh) -> Mesh {
-    let (min, max) = mesh.bounds();
-    let middle = nalgebra::center(&min, &max);
-    mesh.transformed(&Translation3::new(-middle.x, -middle.y, -min.z).into())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use nalgebra::Translation3;
+
     use super::*;
 
     fn held(text: &str) -> Held {

@@ -1,7 +1,8 @@
-//! The eight objects of the paper as parametric triangle meshes, and files of scans and meshes.
+//! The eight objects of the paper as parametric triangle meshes, others that are none of them, and files of scans and
+//! meshes.
 //!
-//! All lengths are metres. Object frame: origin at the centre of the bottom, +z up. Every mesh is a
-//! closed surface of revolution (cups have an outer and an inner wall), oriented outward.
+//! All lengths are metres. Object frame: origin at the centre of the bottom, +z up. The eight are
+//! closed surfaces of revolution (cups have an outer and an inner wall), oriented outward.
 //!
 //! ```
 //! use sim_objects::{ObjectClass, Variation};
@@ -14,9 +15,12 @@ mod class;
 pub mod file;
 mod mesh;
 mod profile;
+mod stranger;
+mod surface;
 mod variation;
 
 pub use class::{ObjectClass, UnknownObject};
 pub use mesh::Mesh;
 pub use profile::revolve;
+pub use stranger::{Stranger, random_solid};
 pub use variation::Variation;

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Translation3};
 
 /// Triangle mesh in metres. Triangles turn counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -63,6 +63,13 @@ impl Mesh {
             vertices: self.vertices.iter().map(|v| target_from_mesh * v).collect(),
             triangles: self.triangles.clone(),
         }
+    }
+
+    /// Moved so that the middle of its bottom is the origin: into the object frame, if +z is up.
+    pub fn stood_up(&self) -> Self {
+        let (min, max) = self.bounds();
+        let middle = nalgebra::center(&min, &max);
+        self.transformed(&Translation3::new(-middle.x, -middle.y, -min.z).into())
     }
 
     /// Adds another mesh's triangles; the two stay unconnected.

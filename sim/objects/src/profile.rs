@@ -3,7 +3,7 @@
 //! Radii by height were measured on scans of the real objects; what a scanner cannot see (the inside
 //! of a cup, the bottom of a can) follows the usual make of such objects.
 
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::TAU;
 
 use nalgebra::Point3;
 
@@ -24,9 +24,9 @@ pub(crate) fn of(class: ObjectClass) -> Vec<[f32; 2]> {
         ObjectClass::SmallCup => subdivided(SMALL_CUP_MM),
         ObjectClass::MediumCup => subdivided(MEDIUM_CUP_MM),
         ObjectClass::LargeCup => subdivided(LARGE_CUP_MM),
-        ObjectClass::TinyBall => ellipse(0.0612, 0.0638),
-        ObjectClass::SmallBall => ellipse(0.0640, 0.0647),
-        ObjectClass::MediumBall => ellipse(0.0974, 0.0900),
+        ObjectClass::TinyBall => ball(TINY_BALL_MM),
+        ObjectClass::SmallBall => ball(SMALL_BALL_MM),
+        ObjectClass::MediumBall => ball(MEDIUM_BALL_MM),
     }
 }
 
@@ -99,16 +99,70 @@ fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
     outline_m
 }
 
-fn ellipse(width_m: f32, height_m: f32) -> Vec<[f32; 2]> {
+/// The outline of a ball from its radii by angle (degrees) from the top; straight between them, on the axis at both ends.
+fn ball(radii_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    let radius_m = |degrees: f32| {
+        let after = radii_mm.partition_point(|entry| entry[0] <= degrees);
+        let [from, to] = [after - 1, after.min(radii_mm.len() - 1)].map(|index| radii_mm[index]);
+        let share = (degrees - from[0]) / (to[0] - from[0]).max(1.0);
+        (from[1] + share * (to[1] - from[1])) / 1000.0
+    };
+    let below_m = radius_m(180.0);
     let inner = (1..BALL_RINGS).map(|k| {
-        let (sin, cos) = (PI * k as f32 / BALL_RINGS as f32).sin_cos();
-        [0.5 * width_m * sin, 0.5 * height_m * (1.0 - cos)]
+        let degrees = 180.0 - 180.0 * k as f32 / BALL_RINGS as f32;
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        [radius_m(degrees) * sin, below_m + radius_m(degrees) * cos]
     });
     std::iter::once([0.0, 0.0])
         .chain(inner)
-        .chain([[0.0, height_m]])
+        .chain([[0.0, below_m + radius_m(0.0)]])
         .collect()
 }
+
+/// Foam basketball: round, with a knob at each end.
+const TINY_BALL_MM: &[[f32; 2]] = &[
+    [0.0, 31.9],
+    [15.0, 31.3],
+    [25.0, 31.0],
+    [45.0, 30.76],
+    [65.0, 30.65],
+    [85.0, 30.6],
+    [95.0, 30.6],
+    [115.0, 30.67],
+    [135.0, 30.88],
+    [155.0, 31.2],
+    [180.0, 31.9],
+];
+
+/// Tennis ball.
+const SMALL_BALL_MM: &[[f32; 2]] = &[
+    [0.0, 32.6],
+    [15.0, 32.5],
+    [35.0, 32.15],
+    [55.0, 31.96],
+    [85.0, 32.0],
+    [95.0, 32.0],
+    [115.0, 32.02],
+    [135.0, 32.1],
+    [180.0, 32.1],
+];
+
+/// Foam ball with a flat that it stands on.
+const MEDIUM_BALL_MM: &[[f32; 2]] = &[
+    [0.0, 48.4],
+    [15.0, 48.2],
+    [25.0, 48.9],
+    [35.0, 48.9],
+    [65.0, 48.4],
+    [75.0, 48.45],
+    [90.0, 48.7],
+    [125.0, 48.75],
+    [135.0, 48.4],
+    [145.0, 46.1],
+    [155.0, 43.3],
+    [165.0, 41.9],
+    [180.0, 41.6],
+];
 
 /// Drawn aluminium can: domed bottom inside a foot ring, long neck, seam, recessed lid.
 const MEDIUM_CAN_MM: &[[f32; 2]] = &[
