@@ -8,8 +8,9 @@ use rayon::prelude::*;
 use sim_objects::ObjectClass;
 
 use crate::samples::Samples;
-use crate::scan::scan_specimen;
+use crate::scan::{full_view, scan};
 use crate::scan_parameters::ScanParameters;
+use crate::source::Labelled;
 
 /// How clouds are made ready for the network; the part of the model's metadata that is known before training.
 pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
@@ -26,29 +27,30 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
     }
 }
 
-/// Scans `specimens_per_class` specimens of each class, on all cores. `finished` is called after each specimen.
+/// Clouds of all specimens, made on all cores: of each the whole surface, and what a scan gives after each view.
+/// `finished` is called after each specimen.
 ///
 /// The same arguments give the same clouds in the same order.
 ///
 /// # Errors
-/// Settings that a node refuses.
+/// A specimen cannot be made, or settings that a node refuses.
 pub fn simulate(
-    specimens_per_class: usize,
+    labelled: &[Labelled],
     parameters: &ScanParameters,
     metadata: &ModelMetadata,
     seed: u64,
     finished: impl Fn() + Sync,
 ) -> Result<Samples> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let classes = ObjectClass::ALL.into_iter().enumerate();
-    let specimens: Vec<(usize, ObjectClass, u64)> = classes
-        .flat_map(|(label, class)| (0..specimens_per_class).map(move |_| (label, class)))
-        .map(|(label, class)| (label, class, random.random()))
+    let specimens: Vec<(&Labelled, u64)> = labelled
+        .iter()
+        .flat_map(|labelled| (0..labelled.count).map(move |_| labelled))
+        .map(|labelled| (labelled, random.random()))
         .collect();
     let parts: Vec<Result<Samples>> = specimens
         .into_par_iter()
-        .map(|(label, class, seed)| {
-            let samples = specimen_samples(label as u32, class, parameters, metadata, seed);
+        .map(|(labelled, seed)| {
+            let samples = specimen_samples(labelled, parameters, metadata, seed);
             finished();
             samples
         })
@@ -61,17 +63,20 @@ pub fn simulate(
 }
 
 fn specimen_samples(
-    label: u32,
-    class: ObjectClass,
+    labelled: &Labelled,
     parameters: &ScanParameters,
     metadata: &ModelMetadata,
     seed: u64,
 ) -> Result<Samples> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let object = labelled.source.specimen(parameters, &mut random)?;
+    let mut seen = vec![full_view(&object, &mut random)];
+    seen.extend(scan(&object, parameters, random.random())?);
     let mut samples = Samples::new(metadata.point_count);
-    for object in scan_specimen(class, parameters, seed)? {
+    for object in seen {
         // An object that is hardly in view has no answer on the robot either.
         if let Ok(input) = preprocess(&object.points, &object.up, metadata) {
-            samples.push_input(&input, metadata.metres_per_unit, label, &object);
+            samples.push_input(&input, metadata.metres_per_unit, labelled.label, &object);
         }
     }
     Ok(samples)

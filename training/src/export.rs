@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use classifier::{INPUT_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
+use classifier::{INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 
 use crate::network::{Linear, Network, PRODUCT_SCALE};
@@ -13,8 +13,13 @@ use crate::network::{Linear, Network, PRODUCT_SCALE};
 ///
 /// # Errors
 /// As for [`encode`], or the file cannot be written.
-pub fn write_model(path: &Path, network: &Network, metadata: &ModelMetadata) -> Result<u64> {
-    let bytes = encode(network, metadata)?;
+pub fn write_model(
+    path: &Path,
+    network: &Network,
+    inverse_temperature: f64,
+    metadata: &ModelMetadata,
+) -> Result<u64> {
+    let bytes = encode(network, inverse_temperature, metadata)?;
     write_atomically(path, &bytes)?;
     Ok(bytes.len() as u64)
 }
@@ -40,11 +45,15 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The bytes of the model file.
+/// The bytes of the model file. Its probabilities are those of the logits times `inverse_temperature`.
 ///
 /// # Errors
 /// The network is larger than a model file may be, or a weight is not finite.
-pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
+pub fn encode(
+    network: &Network,
+    inverse_temperature: f64,
+    metadata: &ModelMetadata,
+) -> Result<Vec<u8>> {
     let batch = Dimension::Free("batch");
     let mut graph = Graph(ModelBuilder::new("deformable_object_classifier"));
     graph.0.input(
@@ -70,15 +79,10 @@ pub fn encode(network: &Network, metadata: &ModelMetadata) -> Result<Vec<u8>> {
     let summary = graph.pooled_features(&network.points, &products);
     let hidden = graph.relu_layer(&network.head[0], &summary);
     let logits = graph.layer(&network.head[1], &hidden);
-    graph.0.node(
-        "LogSoftmax",
-        &[&logits],
-        OUTPUT_NAME,
-        &[("axis", Attribute::Int(1))],
-    );
-    graph
-        .0
-        .output(OUTPUT_NAME, &[batch, Dimension::Fixed(network.classes)]);
+    graph.answers(&logits, inverse_temperature);
+    let model = &mut graph.0;
+    model.output(OUTPUT_NAME, &[batch, Dimension::Fixed(network.classes)]);
+    model.output(KNOWN_SCORE_NAME, &[batch]);
     for (key, value) in metadata.to_entries() {
         graph.0.metadata(key, &value);
     }
@@ -134,6 +138,20 @@ impl Graph {
         let output = format!("{}.output", layer.name);
         self.0.node("Relu", &[&sum], &output, &[]);
         output
+    }
+
+    /// What the file answers: tempered log-probabilities, and how much like the classes the cloud is.
+    fn answers(&mut self, logits: &str, inverse_temperature: f64) {
+        let model = &mut self.0;
+        model.constant_f32("inverse_temperature", &[1], &[inverse_temperature as f32]);
+        model.node("Mul", &[logits, "inverse_temperature"], "tempered", &[]);
+        let classes = [("axis", Attribute::Int(1))];
+        model.node("LogSoftmax", &["tempered"], OUTPUT_NAME, &classes);
+        let summed = [
+            ("axes", Attribute::Ints(&[1])),
+            ("keepdims", Attribute::Int(0)),
+        ];
+        model.node("ReduceLogSumExp", &[logits], KNOWN_SCORE_NAME, &summed);
     }
 
     /// The spatial transformer: the points in the frame that it chooses.

@@ -2,6 +2,7 @@
 
 pub mod augment;
 pub mod batch;
+pub mod calibration;
 pub mod dataset;
 pub mod evaluation;
 pub mod export;
@@ -16,4 +17,5 @@ pub mod scan;
 pub mod scan_parameters;
 pub mod settings;
 pub mod setup;
+pub mod source;
 pub mod trainer;

@@ -138,8 +138,8 @@ impl Network {
         })
     }
 
-    /// Log-probabilities [B, C] of clouds [B, N, 3].
-    pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
+    /// Logits [B, C] of clouds [B, N, 3].
+    pub fn logits(&self, clouds: &Tensor) -> Result<Tensor> {
         let batch = clouds.dim(0)?;
         let summary = pooled_features(&self.transform_points, &with_products(clouds)?)?;
         let hidden = self.transform_head[0].forward_relu(&summary)?;
@@ -152,8 +152,21 @@ impl Network {
             .reshape((batch, 1, 3))?;
         let placed = clouds.matmul(&turn)?.broadcast_add(&shift)?;
         let summary = pooled_features(&self.points, &with_products(&placed)?)?;
-        let logits = self.head[1].forward(&self.head[0].forward_relu(&summary)?)?;
-        candle_nn::ops::log_softmax(&logits, D::Minus1)
+        self.head[1].forward(&self.head[0].forward_relu(&summary)?)
+    }
+
+    /// Log-probabilities [B, C] of clouds [B, N, 3].
+    pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
+        candle_nn::ops::log_softmax(&self.logits(clouds)?, D::Minus1)
+    }
+
+    /// Log-probabilities [B, C + 1] of clouds [B, N, 3]: of the classes, and of being none of them, whose logit is always 0.
+    /// The log of the sum of the classes' exp(logit), the negative energy of Liu et al. 2020, is then the log-odds of being
+    /// one of them.
+    pub fn forward_open(&self, clouds: &Tensor) -> Result<Tensor> {
+        let logits = self.logits(clouds)?;
+        let none = Tensor::zeros((logits.dim(0)?, 1), logits.dtype(), logits.device())?;
+        candle_nn::ops::log_softmax(&Tensor::cat(&[&logits, &none], 1)?, D::Minus1)
     }
 
     /// All layers, in a fixed order.

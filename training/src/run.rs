@@ -7,14 +7,15 @@ use classifier::ModelMetadata;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
-use sim_objects::ObjectClass;
 
+use crate::calibration::inverse_temperature;
 use crate::dataset::{preprocessing, simulate};
 use crate::export::{encode, write_atomically, write_model};
 use crate::metrics::{Confusion, threshold_keeping};
 use crate::network::Network;
 use crate::samples::{Samples, read_npz, write_npz};
 use crate::settings::{Settings, fingerprint};
+use crate::source::{Labelled, Source};
 use crate::trainer::{EpochReport, Event, log_probabilities, most_probable, train};
 
 /// What a run achieved.
@@ -34,7 +35,9 @@ pub struct Results {
     pub validation_clouds: usize,
     /// Share of the validation clouds named rightly.
     pub validation_accuracy: f64,
-    /// Probability below which an answer is called unknown.
+    /// By which the logits are divided, so that probabilities are as often right as they say.
+    pub temperature: f64,
+    /// Score below which a cloud is called unknown.
     pub known_threshold: f64,
     /// The validation clouds' answers.
     pub confusion: Confusion,
@@ -87,7 +90,7 @@ pub fn run(
     let mut metadata = preprocessing(settings.point_count, settings.centring()?);
     metadata.run_id = run_id.clone();
     let network = Network::new(settings.architecture, metadata.labels.len(), &mut random)?;
-    encode(&network, &metadata).context("the network is too large")?;
+    encode(&network, 1.0, &metadata).context("the network is too large")?;
 
     let [train_clouds, validation] = dataset(settings, &metadata, output, fresh, &show)?;
     let history = fit(
@@ -98,29 +101,67 @@ pub fn run(
         &mut random,
         &show,
     )?;
-    let answers = log_probabilities(&network, &validation, metadata.metres_per_unit)?;
-    let mut confusion = Confusion::new(&metadata.labels);
-    for (answer, &label) in answers.iter().zip(&validation.labels) {
-        confusion.add(label as usize, most_probable(answer));
-    }
-    let highest = answers
-        .iter()
-        .map(|answer| f64::from(answer[most_probable(answer)]).exp());
-    metadata.known_threshold = threshold_keeping(highest.collect(), settings.known_share);
+    let judged = judge(&network, &validation, &metadata, settings)?;
+    metadata.known_threshold = judged.known_threshold;
     let results = Results {
         run_id: run_id.clone(),
         model: model.to_path_buf(),
-        model_bytes: write_model(model, &network, &metadata)?,
+        model_bytes: write_model(model, &network, judged.inverse_temperature, &metadata)?,
         parameter_count: network.parameter_count(),
         train_clouds: train_clouds.len(),
         validation_clouds: validation.len(),
-        validation_accuracy: confusion.accuracy(),
+        validation_accuracy: judged.confusion.accuracy(),
+        temperature: 1.0 / judged.inverse_temperature,
         known_threshold: metadata.known_threshold,
-        confusion,
+        confusion: judged.confusion,
         history,
     };
     write_record(&output.join(run_id).join("run.yaml"), settings, &results)?;
     Ok(results)
+}
+
+/// What the validation clouds of known objects say.
+struct Judged {
+    confusion: Confusion,
+    inverse_temperature: f64,
+    known_threshold: f64,
+}
+
+fn judge(
+    network: &Network,
+    validation: &Samples,
+    metadata: &ModelMetadata,
+    settings: &Settings,
+) -> Result<Judged> {
+    let all = log_probabilities(network, validation, metadata.metres_per_unit)?;
+    let classes = metadata.labels.len();
+    let mut confusion = Confusion::new(&metadata.labels);
+    let (mut logits, mut labels, mut scores) = (Vec::new(), Vec::new(), Vec::new());
+    for (answer, &label) in all.into_iter().zip(&validation.labels) {
+        let label = label as usize;
+        if label < classes {
+            // Against the logit of being none of them, which is 0.
+            let own: Vec<f32> = answer[..classes]
+                .iter()
+                .map(|l| l - answer[classes])
+                .collect();
+            confusion.add(label, most_probable(&own));
+            scores.push(log_sum_exp(&own));
+            logits.push(own);
+            labels.push(label);
+        }
+    }
+    Ok(Judged {
+        confusion,
+        inverse_temperature: inverse_temperature(&logits, &labels),
+        known_threshold: threshold_keeping(scores, settings.known_share),
+    })
+}
+
+fn log_sum_exp(logits: &[f32]) -> f64 {
+    let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let sum: f64 = logits.iter().map(|l| f64::from(l - highest).exp()).sum();
+    f64::from(highest) + sum.ln()
 }
 
 fn fit(
@@ -190,6 +231,7 @@ fn dataset(
     let determining = (
         settings.seed,
         counts,
+        settings.strangers,
         settings.point_count,
         &settings.centring,
         &settings.scans,
@@ -200,15 +242,34 @@ fn dataset(
         let (train, validation) = read_npz(&path)?;
         return Ok([train, validation]);
     }
+    let with_strangers = |count, strangers| {
+        let mut labelled = Labelled::classes(count);
+        labelled.push(Labelled {
+            label: metadata.labels.len() as u32,
+            source: Source::RandomSolids,
+            count: strangers,
+        });
+        labelled
+    };
+    let parts = [
+        with_strangers(counts[0], settings.strangers),
+        with_strangers(counts[1], counts[1]),
+    ];
     show(Stage::Scanning {
-        specimens: counts.iter().sum::<usize>() * ObjectClass::ALL.len(),
+        specimens: parts.iter().flatten().map(|labelled| labelled.count).sum(),
     });
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let mut part = |count| {
+    let mut part = |labelled: &[Labelled]| {
         let finished = || show(Stage::Scanned);
-        simulate(count, &settings.scans, metadata, random.random(), finished)
+        simulate(
+            labelled,
+            &settings.scans,
+            metadata,
+            random.random(),
+            finished,
+        )
     };
-    let (train, validation) = (part(counts[0])?, part(counts[1])?);
+    let (train, validation) = (part(&parts[0])?, part(&parts[1])?);
     write_npz(&path, &train, &validation)?;
     Ok([train, validation])
 }

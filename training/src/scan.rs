@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
 use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
-use sim_objects::ObjectClass;
+use sim_objects::Mesh;
 
 use crate::scan_parameters::ScanParameters;
 use crate::setup::Setup;
@@ -23,26 +23,22 @@ pub struct ScannedObject {
     pub points: Vec<Point3<f32>>,
     /// Up direction in their frame.
     pub up: Vector3<f64>,
-    /// How many views made the cloud.
+    /// How many views made the cloud; 0 for the whole surface, without a camera.
     pub view_count: usize,
     /// Whether a gripper held the object.
     pub held: bool,
 }
 
-/// Scans one specimen of a class. Gives the clouds after the first view, the second, ..., and that of the last view
-/// alone.
+/// Scans an object (in its own frame: bottom centre, +z up). Gives the clouds after the first view, the second, ..., and
+/// that of the last view alone.
 ///
 /// A cloud that the nodes refuse, because the object is hardly in view, is left out.
 ///
 /// # Errors
 /// Settings that a node refuses.
-pub fn scan_specimen(
-    class: ObjectClass,
-    parameters: &ScanParameters,
-    seed: u64,
-) -> Result<Vec<ScannedObject>> {
+pub fn scan(object: &Mesh, parameters: &ScanParameters, seed: u64) -> Result<Vec<ScannedObject>> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let setup = Setup::random(class, parameters, &mut random)?;
+    let setup = Setup::random(object, parameters, &mut random);
     let views = capture(&setup, parameters, &mut random)?;
     let mut objects = register_and_crop(&setup, &views, parameters)?;
     if let [_, .., last] = views.as_slice() {
@@ -53,6 +49,17 @@ pub fn scan_specimen(
         )?);
     }
     Ok(objects)
+}
+
+/// The whole surface of an object in its own frame, evenly covered.
+pub fn full_view(object: &Mesh, random: &mut Pcg64Mcg) -> ScannedObject {
+    const POINTS: usize = 4096;
+    ScannedObject {
+        points: object.surface_points(POINTS, random),
+        up: Vector3::z(),
+        view_count: 0,
+        held: false,
+    }
 }
 
 /// One view: points in m in the camera's optical frame, and the pose that kinematics would report.

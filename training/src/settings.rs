@@ -17,7 +17,9 @@ pub struct Settings {
     pub seed: u64,
     /// Specimens of each class to train on.
     pub specimens_per_class: usize,
-    /// Specimens of each class to choose the best epoch by.
+    /// Random solids to train on beside them, so that the model learns what is none of its classes.
+    pub strangers: usize,
+    /// Specimens of each class, and random solids, to choose the best epoch by.
     pub validation_specimens_per_class: usize,
     /// N, points of a cloud that the network sees.
     pub point_count: usize,
@@ -38,9 +40,10 @@ impl Default for Settings {
         Self {
             seed: 1,
             specimens_per_class: 500,
+            strangers: 750,
             validation_specimens_per_class: 60,
             point_count: 128,
-            centring: "box".to_owned(),
+            centring: "sphere".to_owned(),
             known_share: 0.95,
             architecture: Architecture::default(),
             training: TrainingParameters::default(),
@@ -77,6 +80,7 @@ impl Settings {
             "validation_specimens_per_class",
             self.validation_specimens_per_class,
         )?;
+        in_range("strangers", self.strangers, 0..=1_000_000, "")?;
         in_range("point_count", self.point_count, 8..=4096, "")?;
         in_range("known_share", self.known_share, 0.0..=1.0, "")?;
         let Architecture {

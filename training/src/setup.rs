@@ -2,13 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use anyhow::Result;
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
 use sim_camera::{NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::Mesh;
 
 use crate::scan_parameters::ScanParameters;
 
@@ -36,16 +35,9 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Circumstances drawn from `random`.
-    ///
-    /// # Errors
-    /// A dent that cannot be made.
-    pub fn random(
-        class: ObjectClass,
-        parameters: &ScanParameters,
-        random: &mut Pcg64Mcg,
-    ) -> Result<Self> {
-        let specimen = specimen(class, parameters, random)?;
+    /// Circumstances of a scan of an object (in its own frame: bottom centre, +z up) drawn from `random`.
+    pub fn random(object: &Mesh, parameters: &ScanParameters, random: &mut Pcg64Mcg) -> Self {
+        let specimen = grasped(object, parameters, random);
         let height_m = f64::from(specimen.bounds().1.z);
         let held = !random.random_bool(parameters.table_share);
         let camera_from_stand = camera_pose(held, height_m, parameters, random);
@@ -68,7 +60,7 @@ impl Setup {
                     + random.random_range(-0.02..=0.02)
             })
             .collect();
-        Ok(Self {
+        Self {
             scene,
             held,
             wrist_angles_rad,
@@ -85,7 +77,7 @@ impl Setup {
             image_top_m,
             camera_from_stand,
             stand_from_unturned_hand: lean(lean_rad, random),
-        })
+        }
     }
 
     /// Whether the image shows a point (m, optical frame).
@@ -100,26 +92,14 @@ impl Setup {
     }
 }
 
-/// An object in its own frame (bottom centre, +z up), not quite upright and centred.
-fn specimen(
-    class: ObjectClass,
-    parameters: &ScanParameters,
-    random: &mut Pcg64Mcg,
-) -> Result<Mesh> {
-    let variation = Variation::random(random.random());
-    let dented = !random.random_bool(parameters.undented_share);
-    let squeeze_m = if dented {
-        random.random_range(0.0..=parameters.squeeze_max_m)
-    } else {
-        0.0
-    };
-    let mesh = sim_deform::specimen(class, &variation, squeeze_m, random.random())?;
+/// An object as the fingers have taken it: not quite upright and centred, and any way round.
+fn grasped(object: &Mesh, parameters: &ScanParameters, random: &mut Pcg64Mcg) -> Mesh {
     let shift_m =
         Vector3::from_fn(|_, _| random.random_range(-1.0..=1.0)) * parameters.grasp_shift_m;
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.random_range(0.0..TAU));
     let grasp_from_object =
         Translation3::from(shift_m) * lean(parameters.grasp_lean_rad, random) * turn;
-    Ok(mesh.transformed(&grasp_from_object.cast()))
+    object.transformed(&grasp_from_object.cast())
 }
 
 /// The object on a box, in the frame in which the hand would hold it.

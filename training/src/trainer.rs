@@ -191,7 +191,7 @@ fn gradients(
         .into_par_iter()
         .map(|(part, random)| {
             let clouds = clouds(samples, part, metres_per_unit, Some((augmentation, random)))?;
-            let answers = network.forward(&clouds)?;
+            let answers = network.forward_open(&clouds)?;
             let loss = summed_loss(&answers, samples, part)?;
             let gradients = (&loss / indices.len() as f64)?.backward()?;
             Ok((gradients, Tally::of(&answers.to_vec2()?, samples, part)))
@@ -227,7 +227,7 @@ pub fn log_probabilities(
         .par_chunks(part_size(network, samples))
         .map(|part| {
             Ok(network
-                .forward(&clouds(samples, part, metres_per_unit, None)?)?
+                .forward_open(&clouds(samples, part, metres_per_unit, None)?)?
                 .to_vec2()?)
         })
         .collect();

@@ -14,7 +14,9 @@ mod session;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
 pub use metadata::{Centring, ModelMetadata};
-pub use model::{Answer, INPUT_NAME, MAX_MODEL_BYTES, Model, OUTPUT_NAME, Timing};
+pub use model::{
+    Answer, INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, Model, OUTPUT_NAME, Output, Timing,
+};
 pub use preprocess::preprocess;
 pub use provider::{Parameters, Provider};
 pub use runtime::RUNTIME_FILE;

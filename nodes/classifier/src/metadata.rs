@@ -58,7 +58,7 @@ pub struct ModelMetadata {
     pub network_version: String,
     /// The training run that made the model.
     pub run_id: String,
-    /// Answers below this probability are called unknown.
+    /// What scores less than this is called unknown; see [`crate::KNOWN_SCORE_NAME`].
     pub known_threshold: f64,
 }
 
@@ -99,8 +99,8 @@ impl ModelMetadata {
             run_id: entries.text("run_id")?,
             known_threshold: entries.parsed(
                 "known_threshold",
-                "a probability from 0 to 1",
-                |threshold: &f64| (0.0..=1.0).contains(threshold),
+                "a finite number",
+                |threshold: &f64| threshold.is_finite(),
             )?,
         })
     }
@@ -227,7 +227,8 @@ mod tests {
             ("up_axis", "-z"),
             ("network_version", " "),
             ("run_id", ""),
-            ("known_threshold", "1.5"),
+            ("known_threshold", "high"),
+            ("known_threshold", "NaN"),
         ];
         for (key, value) in wrong {
             let mut entries = example().to_entries();

@@ -20,6 +20,19 @@ pub const INPUT_NAME: &str = "points";
 /// Name of the network's output, float32 [B, C].
 pub const OUTPUT_NAME: &str = "log_probabilities";
 
+/// Name of a second output that a network may have, float32 [B]: how much like the classes the cloud is. Without it, the
+/// highest probability says so.
+pub const KNOWN_SCORE_NAME: &str = "known_score";
+
+/// What the network says of one cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// [C]
+    pub log_probabilities: Vec<f32>,
+    /// How much like the classes the cloud is; compared with the model's threshold.
+    pub known_score: f32,
+}
+
 /// A model that is ready to classify.
 #[derive(Debug)]
 pub struct Model {
@@ -130,19 +143,19 @@ impl Model {
         let start = Instant::now();
         let input = preprocess(points, up, &self.metadata)?;
         let sampled = Instant::now();
-        let log_probabilities = self.infer(&input)?;
+        let output = self.infer(&input)?;
         let timing = Timing {
             sample: sampled - start,
             infer: sampled.elapsed(),
         };
-        answer(&log_probabilities, &self.metadata, timing)
+        answer(&output, &self.metadata, timing)
     }
 
-    /// The network alone: `input` as from [`preprocess`], result [C] log-probabilities.
+    /// The network alone: `input` as from [`preprocess`].
     ///
     /// # Errors
     /// The network failed.
-    pub fn infer(&mut self, input: &[f32]) -> Result<Vec<f32>, ClassifyError> {
+    pub fn infer(&mut self, input: &[f32]) -> Result<Output, ClassifyError> {
         session::infer(&mut self.session, input, self.metadata.point_count)
     }
 }
@@ -177,7 +190,11 @@ fn checked_metadata(session: &Session, path: &Path) -> Result<ModelMetadata, Loa
     let points = [-1, 3, metadata.point_count as i64];
     check_outlet(path, "the input", session.inputs(), INPUT_NAME, &points)?;
     let classes = [-1, metadata.labels.len() as i64];
-    check_outlet(path, "the output", session.outputs(), OUTPUT_NAME, &classes)?;
+    let outputs = match session.outputs() {
+        [others @ .., last] if is_outlet(last, KNOWN_SCORE_NAME, &[-1]) => others,
+        all => all,
+    };
+    check_outlet(path, "the output", outputs, OUTPUT_NAME, &classes)?;
     Ok(metadata)
 }
 
@@ -189,13 +206,7 @@ fn check_outlet(
     name: &str,
     shape: &[i64],
 ) -> Result<(), LoadError> {
-    let fits = |outlet: &Outlet| {
-        let sizes = outlet.dtype().tensor_shape();
-        outlet.name() == name
-            && outlet.dtype().tensor_type() == Some(TensorElementType::Float32)
-            && sizes.is_some_and(|sizes| **sizes == *shape)
-    };
-    if matches!(outlets, [only] if fits(only)) {
+    if matches!(outlets, [only] if is_outlet(only, name, shape)) {
         return Ok(());
     }
     let found: Vec<String> = outlets
@@ -210,12 +221,20 @@ fn check_outlet(
     })
 }
 
+fn is_outlet(outlet: &Outlet, name: &str, shape: &[i64]) -> bool {
+    let sizes = outlet.dtype().tensor_shape();
+    outlet.name() == name
+        && outlet.dtype().tensor_type() == Some(TensorElementType::Float32)
+        && sizes.is_some_and(|sizes| **sizes == *shape)
+}
+
 fn answer(
-    log_probabilities: &[f32],
+    output: &Output,
     metadata: &ModelMetadata,
     timing: Timing,
 ) -> Result<Answer, ClassifyError> {
-    let raw: Vec<f64> = log_probabilities
+    let raw: Vec<f64> = output
+        .log_probabilities
         .iter()
         .map(|&l| f64::from(l).exp())
         .collect();
@@ -223,7 +242,10 @@ fn answer(
     // The network ends in a log-softmax: only a damaged file gives anything but a sum of 1.
     let sums_to_one = (sum - 1.0).abs() < 1e-3;
     if raw.len() != metadata.labels.len() || !sums_to_one {
-        return Err(ClassifyError::Output(format!("{log_probabilities:?}")));
+        return Err(ClassifyError::Output(format!(
+            "{:?}",
+            output.log_probabilities
+        )));
     }
     let probabilities: Vec<f64> = raw.iter().map(|value| value / sum).collect();
     let (best, &probability) = probabilities
@@ -234,7 +256,7 @@ fn answer(
     Ok(Answer {
         label: metadata.labels[best].clone(),
         probability,
-        known: probability >= metadata.known_threshold,
+        known: f64::from(output.known_score) >= metadata.known_threshold,
         labels: metadata.labels.clone(),
         probabilities,
         timing,

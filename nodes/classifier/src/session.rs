@@ -6,7 +6,7 @@ use ort::session::{Session, builder::SessionBuilder};
 use ort::value::TensorRef;
 
 use crate::error::ClassifyError;
-use crate::model::{INPUT_NAME, OUTPUT_NAME};
+use crate::model::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
 
 /// A session on ONNX Runtime's own code.
 pub fn cpu(environment: &Environment, bytes: &[u8]) -> Result<Session, String> {
@@ -72,20 +72,36 @@ fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
     Ok(builder)
 }
 
-/// Runs the network: `input` [3, N] to [C] log-probabilities.
+/// Runs the network on `input`, [3, N].
 pub fn infer(
     session: &mut Session,
     input: &[f32],
     point_count: usize,
-) -> Result<Vec<f32>, ClassifyError> {
+) -> Result<Output, ClassifyError> {
     let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
     let shape = [1, 3, point_count];
     let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
     let outputs = session
         .run(ort::inputs![INPUT_NAME => points])
         .map_err(failed)?;
-    let (_, log_probabilities) = outputs[OUTPUT_NAME]
-        .try_extract_tensor::<f32>()
-        .map_err(failed)?;
-    Ok(log_probabilities.to_vec())
+    let values = |name: &str| -> Result<Option<Vec<f32>>, ClassifyError> {
+        let Some(output) = outputs.get(name) else {
+            return Ok(None);
+        };
+        let (_, values) = output.try_extract_tensor::<f32>().map_err(failed)?;
+        Ok(Some(values.to_vec()))
+    };
+    let log_probabilities = values(OUTPUT_NAME)?.unwrap_or_default();
+    let known_score = match values(KNOWN_SCORE_NAME)?.as_deref() {
+        Some([score, ..]) => *score,
+        _ => log_probabilities
+            .iter()
+            .copied()
+            .fold(f32::NEG_INFINITY, f32::max)
+            .exp(),
+    };
+    Ok(Output {
+        log_probabilities,
+        known_score,
+    })
 }

@@ -7,9 +7,9 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::{Model, Provider};
 use indicatif::ProgressBar;
-use sim_objects::ObjectClass;
+use training::evaluation::{self, Settings};
 use training::scan_parameters::ScanParameters;
-use training::{evaluation, files, report};
+use training::{files, report};
 
 /// Measures a model on simulated scans that it was not trained on.
 #[derive(Debug, Parser)]
@@ -33,6 +33,9 @@ struct Arguments {
     /// Everything random comes from this; other than a training run's
     #[arg(long, default_value_t = 9001)]
     seed: u64,
+    /// Also measure on the meshes of this dataset, made by generate_dataset
+    #[arg(long, value_name = "FOLDER")]
+    dataset: Option<PathBuf>,
     /// Scans like the demo's: camera mount known exactly, wrist upright, object held in the middle of the image
     #[arg(long)]
     nominal: bool,
@@ -59,9 +62,15 @@ fn run(arguments: &Arguments) -> Result<()> {
     } else {
         ScanParameters::default()
     };
-    let bar = ProgressBar::new((arguments.specimens * ObjectClass::ALL.len()) as u64);
-    let (count, seed) = (arguments.specimens, arguments.seed);
-    let found = evaluation::evaluate(&mut model, count, &parameters, seed, || bar.inc(1))?;
+    let settings = Settings {
+        specimens: arguments.specimens,
+        dataset_scans: arguments.specimens,
+        dataset: arguments.dataset.clone(),
+        scans: parameters,
+        seed: arguments.seed,
+    };
+    let bar = ProgressBar::new_spinner();
+    let found = evaluation::evaluate(&mut model, &settings, || bar.inc(1))?;
     bar.finish_and_clear();
     if arguments.json {
         println!("{:#}", serde_json::to_value(&found)?);

@@ -1,0 +1,196 @@
+//! How good a model file is on clouds that it was not trained on.
+
+mod known;
+mod test;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use classifier::Model;
+use serde::Serialize;
+
+pub use known::Known;
+pub use test::Test;
+
+use crate::dataset::simulate;
+use crate::samples::Samples;
+use crate::scan_parameters::ScanParameters;
+use crate::source::{Labelled, Source};
+
+/// What was found.
+#[derive(Debug, Clone, Serialize)]
+pub struct Evaluation {
+    /// The training run that made the model.
+    pub model_id: String,
+    /// Which network it is.
+    pub network: String,
+    /// What ran it.
+    pub provider: String,
+    /// Answers on clouds of the model's classes.
+    pub tests: Vec<Test>,
+    /// How well strangers are told from them.
+    pub known: Known,
+}
+
+/// What to measure on.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Specimens of each of the repository's own objects, and of each stranger.
+    pub specimens: usize,
+    /// Scans of each object of a dataset.
+    pub dataset_scans: usize,
+    /// A folder that generate_dataset made.
+    pub dataset: Option<PathBuf>,
+    /// How scans vary.
+    pub scans: ScanParameters,
+    /// Everything random comes from this.
+    pub seed: u64,
+}
+
+/// Measures a model.
+///
+/// # Errors
+/// The data has labels that the model does not know, or a scan or the network fails.
+pub fn evaluate(
+    model: &mut Model,
+    settings: &Settings,
+    finished: impl Fn() + Sync,
+) -> Result<Evaluation> {
+    let metadata = model.metadata().clone();
+    let simulate = |labelled: &[Labelled]| {
+        simulate(
+            labelled,
+            &settings.scans,
+            &metadata,
+            settings.seed,
+            &finished,
+        )
+    };
+    let own = own_classes(&metadata.labels, settings.specimens);
+    let mut tests = Vec::new();
+    let mut known_scores = Vec::new();
+    if !own.is_empty() {
+        let (of, seed) = (settings.specimens, settings.seed);
+        let data = format!("parametric objects, {of} specimens a class, seed {seed}");
+        let samples = simulate(&own)?;
+        let answers = answers(model, &samples)?;
+        tests.extend(test::by_view(&data, &metadata, &samples, &answers));
+        known_scores.extend(answers.into_iter().map(|answer| answer.known_score));
+    }
+    if let Some(folder) = &settings.dataset {
+        let labelled = dataset_classes(folder, &metadata.labels, settings.dataset_scans)?;
+        let of = settings.dataset_scans;
+        let data = format!("{}, {of} meshes a class", folder.display());
+        let samples = simulate(&labelled)?;
+        tests.extend(test::by_view(
+            &data,
+            &metadata,
+            &samples,
+            &answers(model, &samples)?,
+        ));
+    }
+    let strangers = Labelled::strangers(metadata.labels.len() as u32, settings.specimens);
+    let samples = simulate(&strangers)?;
+    let strangers = answers(model, &samples)?;
+    let stranger_scores = strangers
+        .into_iter()
+        .map(|answer| answer.known_score)
+        .collect();
+    Ok(Evaluation {
+        model_id: metadata.run_id.clone(),
+        network: metadata.network_version.clone(),
+        provider: model.provider().to_owned(),
+        tests,
+        known: Known::of(known_scores, stranger_scores, metadata.known_threshold),
+    })
+}
+
+fn answers(model: &mut Model, samples: &Samples) -> Result<Vec<classifier::Output>> {
+    let metres_per_unit = model.metadata().metres_per_unit;
+    let inputs = (0..samples.len()).map(|index| samples.input(index, metres_per_unit));
+    inputs.map(|input| Ok(model.infer(&input)?)).collect()
+}
+
+/// The repository's own objects that the model knows.
+fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
+    Labelled::classes(count)
+        .into_iter()
+        .filter_map(|labelled| {
+            let Source::Class(class) = labelled.source else {
+                return None;
+            };
+            let label = labels.iter().position(|label| label == class.name())? as u32;
+            Some(Labelled { label, ..labelled })
+        })
+        .collect()
+}
+
+/// The objects of a dataset's folder; each must be one of the labels.
+fn dataset_classes(folder: &Path, labels: &[String], count: usize) -> Result<Vec<Labelled>> {
+    let mut classes = Vec::new();
+    for (object, meshes) in dataset_meshes(folder)? {
+        let label = labels.iter().position(|label| *label == object);
+        let label = label.with_context(|| {
+            format!(
+                "{}: the model does not know '{object}', only {}",
+                folder.display(),
+                labels.join(", ")
+            )
+        })?;
+        classes.push(Labelled {
+            label: label as u32,
+            source: Source::Meshes(meshes),
+            count,
+        });
+    }
+    Ok(classes)
+}
+
+/// Mesh files by object.
+fn dataset_meshes(folder: &Path) -> Result<std::collections::BTreeMap<String, Vec<PathBuf>>> {
+    let mut meshes = std::collections::BTreeMap::<String, Vec<PathBuf>>::new();
+    for object in std::fs::read_dir(folder)? {
+        let object = object?;
+        if object.file_type()?.is_dir() {
+            let mut paths: Vec<PathBuf> = std::fs::read_dir(object.path())?
+                .map(|e| Ok(e?.path()))
+                .collect::<Result<_>>()?;
+            paths.sort();
+            meshes.insert(object.file_name().to_string_lossy().into_owned(), paths);
+        }
+    }
+    ensure!(!meshes.is_empty(), "{} lists no meshes", folder.display());
+    Ok(meshes)
+}
+
+impl Evaluation {
+    /// A few lines a test, for people.
+    pub fn to_text(&self) -> String {
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let mut text = String::new();
+        for test in &self.tests {
+            text += &format!(
+                "{}\n{}accuracy {} on {} clouds; called known: {}; calibration error {:.3}\n\n",
+                test.data,
+                test.confusion.table(),
+                percent(test.accuracy),
+                test.clouds,
+                percent(test.known_share),
+                test.calibration_error,
+            );
+        }
+        let known = &self.known;
+        text + &format!(
+            "strangers: AUROC {:.3} ({} known clouds against {}); called known: {} of the known, {} of the strangers\n\
+             none of it was trained on; model {} ({}), {}\n",
+            known.auroc,
+            known.known_clouds,
+            known.stranger_clouds,
+            percent(known.known_called_known),
+            percent(1.0 - known.strangers_called_unknown),
+            self.model_id,
+            self.network,
+            self.provider,
+        )
+    }
+}
