@@ -20,6 +20,7 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
         point_count,
         metres_per_unit: 0.1,
         centring,
+        normals: false,
         network_version: crate::network::NETWORK_VERSION.to_owned(),
         run_id: "none".to_owned(),
         known_threshold: 0.0,

@@ -2,13 +2,17 @@
 
 pub mod augment;
 pub mod batch;
+pub mod checkpoint;
 pub mod dataset;
 pub mod evaluation;
 pub mod export;
 pub mod files;
 pub mod fused;
+pub mod mesh_clouds;
+pub mod mesh_dataset;
 pub mod metrics;
 pub mod network;
+pub mod optimizer;
 pub mod report;
 pub mod run;
 pub mod samples;
@@ -16,4 +20,7 @@ pub mod scan;
 pub mod scan_parameters;
 pub mod settings;
 pub mod setup;
+pub mod shared_max;
+pub mod source;
+mod tally;
 pub mod trainer;

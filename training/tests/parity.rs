@@ -14,7 +14,7 @@ const CLOUDS: usize = 200;
 
 /// A network whose transformer, too, is not what it starts as.
 fn random_network(random: &mut Pcg64Mcg, classes: usize) -> Network {
-    let network = Network::new(Architecture::default(), classes, random).unwrap();
+    let network = Network::robot(Architecture::default(), classes, random).unwrap();
     for variable in network.variables() {
         let count = variable.elem_count();
         let noise: Vec<f32> = (0..count)

@@ -6,6 +6,7 @@ use ort::session::{Session, builder::SessionBuilder};
 use ort::value::TensorRef;
 
 use crate::error::ClassifyError;
+use crate::metadata::ModelMetadata;
 use crate::model::{INPUT_NAME, OUTPUT_NAME};
 
 /// A session on ONNX Runtime's own code.
@@ -72,14 +73,14 @@ fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
     Ok(builder)
 }
 
-/// Runs the network: `input` [3, N] to [C] log-probabilities.
+/// Runs the network: `input` [3 or 6, N] to [C] log-probabilities.
 pub fn infer(
     session: &mut Session,
     input: &[f32],
-    point_count: usize,
+    metadata: &ModelMetadata,
 ) -> Result<Vec<f32>, ClassifyError> {
     let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
-    let shape = [1, 3, point_count];
+    let shape = [1, metadata.columns(), metadata.point_count];
     let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
     let outputs = session
         .run(ort::inputs![INPUT_NAME => points])
