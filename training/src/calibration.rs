@@ -37,6 +37,13 @@ fn slope_of(logits: &[f32], label: usize, factor: f64) -> f64 {
     weighted / sum - f64::from(logits[label])
 }
 
+/// The log of the sum of exponentials.
+pub fn log_sum_exp(logits: &[f32]) -> f64 {
+    let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let sum: f64 = logits.iter().map(|l| f64::from(l - highest).exp()).sum();
+    f64::from(highest) + sum.ln()
+}
+
 /// The largest of [C] log-probabilities as a probability.
 pub fn highest_probability(log_probabilities: &[f32]) -> f64 {
     let highest = log_probabilities

@@ -10,7 +10,7 @@ use sim_objects::ObjectClass;
 use crate::samples::Samples;
 use crate::scan::{full_view, scan};
 use crate::scan_parameters::ScanParameters;
-use crate::source::Labelled;
+use crate::specimens::Labelled;
 
 /// How clouds are made ready for the network; the part of the model's metadata that is known before training.
 pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
@@ -21,6 +21,7 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
         point_count,
         metres_per_unit: 0.1,
         centring,
+        normals: false,
         network_version: crate::network::NETWORK_VERSION.to_owned(),
         run_id: "none".to_owned(),
         known_threshold: 0.0,
@@ -69,7 +70,7 @@ fn specimen_samples(
     seed: u64,
 ) -> Result<Samples> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let object = labelled.source.specimen(parameters, &mut random)?;
+    let object = labelled.specimens.one(parameters, &mut random)?;
     let mut seen = vec![full_view(&object, &mut random)];
     seen.extend(scan(&object, parameters, random.random())?);
     let mut samples = Samples::new(metadata.point_count);

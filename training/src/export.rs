@@ -7,7 +7,9 @@ use anyhow::{Context, Result, ensure};
 use classifier::{INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 
-use crate::network::{Linear, Network, PRODUCT_SCALE};
+use crate::network::{Linear, Network, PRODUCT_SCALE, Robot};
+
+mod paper;
 
 /// Writes the model file under its final name only once it is complete.
 ///
@@ -56,14 +58,8 @@ pub fn encode(
 ) -> Result<Vec<u8>> {
     let batch = Dimension::Free("batch");
     let mut graph = Graph(ModelBuilder::new("deformable_object_classifier"));
-    graph.0.input(
-        INPUT_NAME,
-        &[
-            batch,
-            Dimension::Fixed(3),
-            Dimension::Fixed(metadata.point_count),
-        ],
-    );
+    let [columns, points] = [metadata.columns(), metadata.point_count].map(Dimension::Fixed);
+    graph.0.input(INPUT_NAME, &[batch, columns, points]);
     for layer in network.layers() {
         graph.constants(layer)?;
     }
@@ -73,16 +69,14 @@ pub fn encode(
         "clouds",
         &[("perm", Attribute::Ints(&[0, 2, 1]))],
     );
-    graph.constants_of_products();
-    let placed = graph.transformed(network, "clouds");
-    let products = graph.products(&placed);
-    let summary = graph.pooled_features(&network.points, &products);
-    let hidden = graph.relu_layer(&network.head[0], &summary);
-    let logits = graph.layer(&network.head[1], &hidden);
+    let logits = match network {
+        Network::Robot(network) => graph.robot(network),
+        Network::Paper(network) => graph.paper(network),
+    };
     graph.answers(&logits, inverse_temperature);
-    let model = &mut graph.0;
-    model.output(OUTPUT_NAME, &[batch, Dimension::Fixed(network.classes)]);
-    model.output(KNOWN_SCORE_NAME, &[batch]);
+    let classes = Dimension::Fixed(network.classes());
+    graph.0.output(OUTPUT_NAME, &[batch, classes]);
+    graph.0.output(KNOWN_SCORE_NAME, &[batch]);
     for (key, value) in metadata.to_entries() {
         graph.0.metadata(key, &value);
     }
@@ -154,8 +148,18 @@ impl Graph {
         model.node("ReduceLogSumExp", &[logits], KNOWN_SCORE_NAME, &summed);
     }
 
+    /// The robot's network, up to its logits.
+    fn robot(&mut self, network: &Robot) -> String {
+        self.constants_of_products();
+        let placed = self.transformed(network, "clouds");
+        let products = self.products(&placed);
+        let summary = self.pooled_features(&network.points, &products);
+        let hidden = self.relu_layer(&network.head[0], &summary);
+        self.layer(&network.head[1], &hidden)
+    }
+
     /// The spatial transformer: the points in the frame that it chooses.
-    fn transformed(&mut self, network: &Network, clouds: &str) -> String {
+    fn transformed(&mut self, network: &Robot, clouds: &str) -> String {
         let products = self.products(clouds);
         let summary = self.pooled_features(&network.transform_points, &products);
         let hidden = self.relu_layer(&network.transform_head[0], &summary);

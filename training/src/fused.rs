@@ -66,7 +66,7 @@ impl CustomOp2 for BiasRelu {
 }
 
 /// Unlike `f32::max` it does not turn a NaN into 0, which would hide that training went wrong.
-fn relu(value: f32) -> f32 {
+pub(crate) fn relu(value: f32) -> f32 {
     if value < 0.0 { 0.0 } else { value }
 }
 
@@ -147,14 +147,17 @@ fn pool_backward(
     features_grad
 }
 
-fn values<'a>(storage: &'a CpuStorage, layout: &Layout) -> Result<&'a [f32]> {
+pub(crate) fn values<'a>(storage: &'a CpuStorage, layout: &Layout) -> Result<&'a [f32]> {
     match (storage, layout.contiguous_offsets()) {
         (CpuStorage::F32(values), Some((start, end))) => Ok(&values[start..end]),
         _ => bail!("only contiguous float32 tensors are pooled"),
     }
 }
 
-fn with_values<T>(tensor: &Tensor, use_values: impl FnOnce(&[f32]) -> Result<T>) -> Result<T> {
+pub(crate) fn with_values<T>(
+    tensor: &Tensor,
+    use_values: impl FnOnce(&[f32]) -> Result<T>,
+) -> Result<T> {
     let tensor = tensor.contiguous()?;
     let (storage, layout) = tensor.storage_and_layout();
     match &*storage {

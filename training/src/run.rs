@@ -4,19 +4,37 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use classifier::ModelMetadata;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
-use crate::calibration::inverse_temperature;
-use crate::dataset::{preprocessing, simulate};
+use crate::batch::Clouds;
+use crate::calibration::{
+    calibration_error, highest_probability, inverse_temperature, log_sum_exp,
+};
+use crate::checkpoint::Checkpoint;
+use crate::dataset::preprocessing;
 use crate::export::{encode, write_atomically, write_model};
 use crate::metrics::{Confusion, threshold_keeping};
-use crate::network::Network;
-use crate::samples::{Samples, read_npz, write_npz};
-use crate::settings::{Settings, fingerprint};
-use crate::source::{Labelled, Source};
-use crate::trainer::{EpochReport, Event, log_probabilities, most_probable, train};
+use crate::network::{Network, NetworkKind};
+use crate::settings::Settings;
+use crate::source::{Data, Source};
+use crate::trainer::{EpochReport, Event, logits, most_probable, train};
+
+/// What to train, on what, and where it goes.
+#[derive(Debug, Clone)]
+pub struct Order {
+    /// Everything that determines the run, but the datasets.
+    pub settings: Settings,
+    /// Folders of meshes to train on; none for simulated scans.
+    pub datasets: Vec<PathBuf>,
+    /// Where datasets and runs go.
+    pub output: PathBuf,
+    /// Where the model goes.
+    pub model: PathBuf,
+    /// Whether clouds are made again and an interrupted run is forgotten.
+    pub fresh: bool,
+}
 
 /// What a run achieved.
 #[derive(Debug, Clone, Serialize)]
@@ -41,8 +59,25 @@ pub struct Results {
     pub known_threshold: f64,
     /// The validation clouds' answers.
     pub confusion: Confusion,
+    /// Answers about clouds that nothing was chosen by; only of a dataset of meshes.
+    pub test: Option<Test>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
+}
+
+/// How the network does on clouds that had no part in training.
+#[derive(Debug, Clone, Serialize)]
+pub struct Test {
+    /// How many.
+    pub clouds: usize,
+    /// Share named rightly.
+    pub accuracy: f64,
+    /// Mean negative log-likelihood.
+    pub loss: f64,
+    /// Expected calibration error: how far probabilities are from shares of right answers.
+    pub calibration_error: f64,
+    /// All answers.
+    pub confusion: Confusion,
 }
 
 /// What the run is at, for a progress display.
@@ -53,7 +88,12 @@ pub enum Stage {
         /// How many specimens.
         specimens: usize,
     },
-    /// One specimen is finished.
+    /// Clouds are being made of meshes.
+    Sampling {
+        /// How many meshes.
+        meshes: usize,
+    },
+    /// One specimen or mesh is finished.
     Scanned,
     /// The network is being trained.
     Training {
@@ -71,143 +111,200 @@ pub enum Stage {
     },
     /// An epoch is finished.
     Epoch(EpochReport),
+    /// An interrupted run goes on.
+    Resumed {
+        /// Epochs that are done.
+        epochs: usize,
+        /// Their steps.
+        steps: usize,
+    },
 }
 
-/// Makes or finds the dataset in `output`, trains, writes the model file, and run.yaml in a folder of `output`.
+/// Makes or finds the clouds in `output`, trains, writes the model file, and run.yaml in a folder of `output`. A run that
+/// was interrupted goes on after its last whole epoch, and ends with the same bytes.
 ///
 /// # Errors
 /// A setting is impossible, a file cannot be read or written, or training fails. The model file is then as before.
-pub fn run(
-    settings: &Settings,
-    output: &Path,
-    model: &Path,
-    fresh: bool,
-    show: impl Fn(Stage) + Sync,
-) -> Result<Results> {
+pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
+    let settings = &order.settings;
     settings.validate()?;
-    let run_id = format!("{}-{}", settings.seed, fingerprint(settings)?);
-    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+    let source = Source::open(&order.datasets)?;
+    let run_id = format!("{}-{}", settings.seed, source.fingerprint(settings)?);
+    let folder = order.output.join(&run_id);
     let mut metadata = preprocessing(settings.point_count, settings.centring()?);
+    metadata.labels = source.labels();
+    metadata.normals = settings.normals();
     metadata.run_id = run_id.clone();
-    let network = Network::new(settings.architecture, metadata.labels.len(), &mut random)?;
+    let network = network(settings, metadata.labels.len())?;
+    metadata.network_version = network.version().to_owned();
     encode(&network, 1.0, &metadata).context("the network is too large")?;
 
-    let [train_clouds, validation] = dataset(settings, &metadata, output, fresh, &show)?;
-    let history = fit(
-        &network,
-        [&train_clouds, &validation],
-        &metadata,
-        settings,
-        &mut random,
-        &show,
-    )?;
-    let judged = judge(&network, &validation, &metadata, settings)?;
-    metadata.known_threshold = judged.known_threshold;
+    let data = source.data(settings, &metadata, &order.output, order.fresh, &show)?;
+    let checkpoint = Checkpoint::new(folder.join("checkpoint.safetensors"), &metadata.labels);
+    if order.fresh {
+        checkpoint.remove()?;
+    }
+    let history = fit(&network, &data, &metadata, settings, &checkpoint, &show)?;
+    let answers = Answers::of(&network, data.validation.clouds(), &metadata)?;
+    let inverse_temperature = answers.inverse_temperature();
+    metadata.known_threshold = answers.threshold(settings.known_share);
+    let test = data.test.as_ref().map(|part| -> Result<Test> {
+        let answers = Answers::of(&network, part.clouds(), &metadata)?;
+        Ok(answers.test(&metadata.labels, inverse_temperature))
+    });
+    let confusion = answers.confusion(&metadata.labels);
     let results = Results {
-        run_id: run_id.clone(),
-        model: model.to_path_buf(),
-        model_bytes: write_model(model, &network, judged.inverse_temperature, &metadata)?,
+        run_id,
+        model: order.model.clone(),
+        model_bytes: write_model(&order.model, &network, inverse_temperature, &metadata)?,
         parameter_count: network.parameter_count(),
-        train_clouds: train_clouds.len(),
-        validation_clouds: validation.len(),
-        validation_accuracy: judged.confusion.accuracy(),
-        temperature: 1.0 / judged.inverse_temperature,
+        train_clouds: data.train.labels.len(),
+        validation_clouds: data.validation.labels.len(),
+        validation_accuracy: confusion.accuracy(),
+        temperature: 1.0 / inverse_temperature,
         known_threshold: metadata.known_threshold,
-        confusion: judged.confusion,
+        confusion,
+        test: test.transpose()?,
         history,
     };
-    write_record(&output.join(run_id).join("run.yaml"), settings, &results)?;
+    write_record(&folder.join("run.yaml"), order, &results)?;
+    checkpoint.remove()?;
     Ok(results)
 }
 
-/// What the validation clouds of known objects say.
-struct Judged {
-    confusion: Confusion,
-    inverse_temperature: f64,
-    known_threshold: f64,
-}
-
-fn judge(
-    network: &Network,
-    validation: &Samples,
-    metadata: &ModelMetadata,
-    settings: &Settings,
-) -> Result<Judged> {
-    let all = log_probabilities(network, validation, metadata.metres_per_unit)?;
-    let classes = metadata.labels.len();
-    let mut confusion = Confusion::new(&metadata.labels);
-    let (mut logits, mut labels, mut scores) = (Vec::new(), Vec::new(), Vec::new());
-    for (answer, &label) in all.into_iter().zip(&validation.labels) {
-        let label = label as usize;
-        if label < classes {
-            // Against the logit of being none of them, which is 0.
-            let own: Vec<f32> = answer[..classes]
-                .iter()
-                .map(|l| l - answer[classes])
-                .collect();
-            confusion.add(label, most_probable(&own));
-            scores.push(log_sum_exp(&own));
-            logits.push(own);
-            labels.push(label);
-        }
-    }
-    Ok(Judged {
-        confusion,
-        inverse_temperature: inverse_temperature(&logits, &labels),
-        known_threshold: threshold_keeping(scores, settings.known_share),
+fn network(settings: &Settings, classes: usize) -> Result<Network> {
+    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+    Ok(match settings.network {
+        NetworkKind::Robot => Network::robot(settings.architecture, classes, &mut random)?,
+        NetworkKind::Paper => Network::paper(settings.paper, classes, &mut random)?,
     })
-}
-
-fn log_sum_exp(logits: &[f32]) -> f64 {
-    let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    let sum: f64 = logits.iter().map(|l| f64::from(l - highest).exp()).sum();
-    f64::from(highest) + sum.ln()
 }
 
 fn fit(
     network: &Network,
-    clouds: [&Samples; 2],
+    data: &Data,
     metadata: &ModelMetadata,
     settings: &Settings,
-    random: &mut Pcg64Mcg,
+    checkpoint: &Checkpoint,
     show: &impl Fn(Stage),
 ) -> Result<Vec<EpochReport>> {
     let parameters = &settings.training;
-    let steps = parameters.epochs * clouds[0].len().div_ceil(parameters.batch_size);
+    let steps = parameters.epochs * data.train.labels.len().div_ceil(parameters.batch_size);
     show(Stage::Training { steps });
+    let observe = |event| {
+        show(match event {
+            Event::Step {
+                epoch,
+                loss,
+                accuracy,
+            } => Stage::Step {
+                epoch,
+                loss,
+                accuracy,
+            },
+            Event::Epoch(report) => Stage::Epoch(report),
+            Event::Resumed { epochs, steps } => Stage::Resumed { epochs, steps },
+        });
+        Ok(())
+    };
     train(
         network,
-        clouds,
+        [data.train.clouds(), data.validation.clouds()],
         metadata.metres_per_unit,
         parameters,
-        random,
-        |event| {
-            show(match event {
-                Event::Step {
-                    epoch,
-                    loss,
-                    accuracy,
-                } => Stage::Step {
-                    epoch,
-                    loss,
-                    accuracy,
-                },
-                Event::Epoch(report) => Stage::Epoch(report),
-            });
-            Ok(())
-        },
+        settings.seed,
+        Some(checkpoint),
+        observe,
     )
+}
+
+/// What a network says about clouds of its classes.
+struct Answers {
+    logits: Vec<Vec<f32>>,
+    labels: Vec<usize>,
+}
+
+impl Answers {
+    /// Of the clouds that are of a class; strangers are left out.
+    fn of(network: &Network, clouds: Clouds, metadata: &ModelMetadata) -> Result<Self> {
+        let logits = logits(network, clouds, metadata.metres_per_unit)?;
+        let labels = clouds.labels.iter().map(|&label| label as usize);
+        let own = logits.into_iter().zip(labels);
+        let (logits, labels) = own.filter(|(_, label)| *label < network.classes()).unzip();
+        Ok(Self { logits, labels })
+    }
+
+    fn confusion(&self, labels: &[String]) -> Confusion {
+        let mut confusion = Confusion::new(labels);
+        for (logits, &label) in self.logits.iter().zip(&self.labels) {
+            confusion.add(label, most_probable(logits));
+        }
+        confusion
+    }
+
+    fn inverse_temperature(&self) -> f64 {
+        inverse_temperature(&self.logits, &self.labels)
+    }
+
+    /// The negative energy that this share of the clouds reaches.
+    fn threshold(&self, share: f64) -> f64 {
+        threshold_keeping(self.logits.iter().map(|l| log_sum_exp(l)).collect(), share)
+    }
+
+    /// `inverse_temperature` as found on other clouds.
+    fn test(&self, labels: &[String], inverse_temperature: f64) -> Test {
+        let confusion = self.confusion(labels);
+        let tempered = |logits: &[f32]| -> Vec<f32> {
+            let scaled: Vec<f32> = logits
+                .iter()
+                .map(|l| l * inverse_temperature as f32)
+                .collect();
+            let sum = log_sum_exp(&scaled) as f32;
+            scaled.into_iter().map(|l| l - sum).collect()
+        };
+        let answers: Vec<Vec<f32>> = self.logits.iter().map(|l| tempered(l)).collect();
+        let loss: f64 = answers
+            .iter()
+            .zip(&self.labels)
+            .map(|(a, &l)| -f64::from(a[l]))
+            .sum();
+        let judged: Vec<(f64, bool)> = answers
+            .iter()
+            .zip(&self.labels)
+            .map(|(answer, &label)| (highest_probability(answer), most_probable(answer) == label))
+            .collect();
+        Test {
+            clouds: self.labels.len(),
+            accuracy: confusion.accuracy(),
+            loss: loss / self.labels.len().max(1) as f64,
+            calibration_error: calibration_error(&judged),
+            confusion,
+        }
+    }
 }
 
 impl Results {
     /// A few lines for people.
     pub fn to_text(&self) -> String {
+        let (confusion, accuracy, clouds, what) = match &self.test {
+            Some(test) => {
+                let what = "test clouds (meshes of grasps that had no part in training)";
+                (&test.confusion, test.accuracy, test.clouds, what)
+            }
+            None => {
+                let what = "validation clouds (simulated scans, not trained on)";
+                (
+                    &self.confusion,
+                    self.validation_accuracy,
+                    self.validation_clouds,
+                    what,
+                )
+            }
+        };
         format!(
-            "{}accuracy {:.2} % on {} validation clouds (simulated scans, not trained on)\n{}: {} bytes, {} \
-             parameters, run {}\n",
-            self.confusion.table(),
-            100.0 * self.validation_accuracy,
-            self.validation_clouds,
+            "{}accuracy {:.2} % on {clouds} {what}\n{}: {} bytes, {} parameters, run {}\n",
+            confusion.table(),
+            100.0 * accuracy,
             self.model.display(),
             self.model_bytes,
             self.parameter_count,
@@ -216,70 +313,17 @@ impl Results {
     }
 }
 
-/// Training and validation clouds, from the file of an earlier run with the same settings where there is one.
-fn dataset(
-    settings: &Settings,
-    metadata: &ModelMetadata,
-    output: &Path,
-    fresh: bool,
-    show: &(impl Fn(Stage) + Sync),
-) -> Result<[Samples; 2]> {
-    let counts = [
-        settings.specimens_per_class,
-        settings.validation_specimens_per_class,
-    ];
-    let determining = (
-        settings.seed,
-        counts,
-        settings.strangers,
-        settings.point_count,
-        &settings.centring,
-        &settings.scans,
-    );
-    let folder = output.join(format!("dataset-{}", fingerprint(&determining)?));
-    let path = folder.join("clouds.npz");
-    if path.is_file() && !fresh {
-        let (train, validation) = read_npz(&path)?;
-        return Ok([train, validation]);
-    }
-    let with_strangers = |count, strangers| {
-        let mut labelled = Labelled::classes(count);
-        labelled.push(Labelled {
-            label: metadata.labels.len() as u32,
-            source: Source::RandomSolids,
-            count: strangers,
-        });
-        labelled
-    };
-    let parts = [
-        with_strangers(counts[0], settings.strangers),
-        with_strangers(counts[1], counts[1]),
-    ];
-    show(Stage::Scanning {
-        specimens: parts.iter().flatten().map(|labelled| labelled.count).sum(),
-    });
-    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let mut part = |labelled: &[Labelled]| {
-        let finished = || show(Stage::Scanned);
-        simulate(
-            labelled,
-            &settings.scans,
-            metadata,
-            random.random(),
-            finished,
-        )
-    };
-    let (train, validation) = (part(&parts[0])?, part(&parts[1])?);
-    write_npz(&path, &train, &validation)?;
-    Ok([train, validation])
-}
-
-fn write_record(path: &Path, settings: &Settings, results: &Results) -> Result<()> {
+fn write_record(path: &Path, order: &Order, results: &Results) -> Result<()> {
     #[derive(Serialize)]
     struct Record<'a> {
         settings: &'a Settings,
+        datasets: &'a [PathBuf],
         results: &'a Results,
     }
-    let text = serde_yaml::to_string(&Record { settings, results })?;
+    let text = serde_yaml::to_string(&Record {
+        settings: &order.settings,
+        datasets: &order.datasets,
+        results,
+    })?;
     write_atomically(path, text.as_bytes())
 }

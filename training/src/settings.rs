@@ -5,7 +5,8 @@ use classifier::Centring;
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
-use crate::network::Architecture;
+use crate::mesh_clouds::MeshSampling;
+use crate::network::{Architecture, NetworkKind, PaperArchitecture};
 use crate::scan_parameters::ScanParameters;
 use crate::trainer::TrainingParameters;
 
@@ -27,12 +28,18 @@ pub struct Settings {
     pub centring: String,
     /// Share of the validation clouds that count as known.
     pub known_share: f64,
-    /// Widths of the network.
+    /// Which network.
+    pub network: NetworkKind,
+    /// Widths of the robot's network.
     pub architecture: Architecture,
+    /// Design choices of the paper's network.
+    pub paper: PaperArchitecture,
     /// How to train.
     pub training: TrainingParameters,
     /// How scans vary.
     pub scans: ScanParameters,
+    /// How the meshes of a dataset become clouds.
+    pub meshes: MeshSampling,
 }
 
 impl Default for Settings {
@@ -45,14 +52,43 @@ impl Default for Settings {
             point_count: 128,
             centring: "sphere".to_owned(),
             known_share: 0.95,
+            network: NetworkKind::Robot,
             architecture: Architecture::default(),
+            paper: PaperArchitecture::default(),
             training: TrainingParameters::default(),
             scans: ScanParameters::default(),
+            meshes: MeshSampling::default(),
         }
     }
 }
 
 impl Settings {
+    /// What the paper trains: N = 62, 50 epochs of Adam without weight decay.
+    pub fn of_paper() -> Self {
+        let mut settings = Self {
+            network: NetworkKind::Paper,
+            point_count: 62,
+            ..Self::default()
+        };
+        settings.training.epochs = 50;
+        settings.training.patience = 50;
+        settings.training.weight_decay = 0.0;
+        settings
+    }
+
+    /// Sets F of the network that is trained.
+    pub fn set_features(&mut self, features: usize) {
+        match self.network {
+            NetworkKind::Robot => self.architecture.features = features,
+            NetworkKind::Paper => self.paper.features = features,
+        }
+    }
+
+    /// Whether the network takes normals.
+    pub fn normals(&self) -> bool {
+        self.network == NetworkKind::Paper && self.paper.normals
+    }
+
     /// Refuses what cannot be meant.
     ///
     /// # Errors
@@ -90,6 +126,7 @@ impl Settings {
         } = self.architecture;
         in_range("transformer_features", transformer_features, 2..=4096, "")?;
         in_range("features", features, 2..=4096, "")?;
+        in_range("features", self.paper.features, 2..=4096, "")?;
         in_range("hidden", hidden, 1..=4096, "")?;
         count("epochs", self.training.epochs)?;
         count("batch_size", self.training.batch_size)?;
@@ -98,7 +135,21 @@ impl Settings {
         in_range("weight_decay", self.training.weight_decay, 0.0..=1.0, "")?;
         in_range("view_count", self.scans.view_count, 1..=100, "")?;
         in_range("table_share", self.scans.table_share, 0.0..=1.0, "")?;
-        in_range("undented_share", self.scans.undented_share, 0.0..=1.0, "")
+        in_range("undented_share", self.scans.undented_share, 0.0..=1.0, "")?;
+        self.check_meshes()
+    }
+
+    fn check_meshes(&self) -> Result<(), ParameterError> {
+        let MeshSampling {
+            surface_points,
+            kept_points,
+            test_share,
+            validation_share,
+        } = self.meshes;
+        in_range("surface_points", surface_points, 1..=1_000_000, "")?;
+        in_range("kept_points", kept_points, 1..=4096, "")?;
+        in_range("test_share", test_share, 0.0..=1.0, "")?;
+        in_range("validation_share", validation_share, 0.0..=1.0, "")
     }
 }
 

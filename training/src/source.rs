@@ -1,98 +1,193 @@
-//! Where specimens come from.
+//! Where clouds come from: simulated scans, or datasets of meshes. What was made once is kept.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
-use rand::seq::IndexedRandom;
-use rand::{Rng, RngExt};
-use sim_objects::{Mesh, ObjectClass, Stranger, Variation, file, random_solid};
+use anyhow::{Result, ensure};
+use classifier::ModelMetadata;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use sim_objects::ObjectClass;
 
-use crate::scan_parameters::ScanParameters;
+use crate::batch::Part;
+use crate::dataset::simulate;
+use crate::mesh_clouds::{MeshClouds, Split};
+use crate::mesh_dataset::MeshDataset;
+use crate::run::Stage;
+use crate::samples::{read_npz, write_npz};
+use crate::settings::{Settings, fingerprint};
+use crate::specimens::Labelled;
 
-/// Where the specimens of one label come from.
+/// Where clouds come from.
 #[derive(Debug, Clone)]
 pub enum Source {
-    /// One of the repository's own objects, dented anew each time.
-    Class(ObjectClass),
-    /// Mesh files (mm, +z up) of objects that are dented already; one of them each time.
-    Meshes(Vec<PathBuf>),
-    /// An object that is none of the classes.
-    Stranger(Stranger),
-    /// Solids of any form that are none of the eight objects.
-    RandomSolids,
+    /// Simulated scans of the eight objects.
+    Scans,
+    /// Meshes, seen from all sides.
+    Meshes(MeshDataset),
 }
 
-/// Specimens of one label.
+/// Clouds to train with.
 #[derive(Debug, Clone)]
-pub struct Labelled {
-    /// Index of the class; the number of classes for what is none of them.
-    pub label: u32,
-    /// Where they come from.
-    pub source: Source,
-    /// How many.
-    pub count: usize,
-}
-
-impl Labelled {
-    /// As many specimens of each of the repository's own objects.
-    pub fn classes(count: usize) -> Vec<Self> {
-        let labelled = |(label, class): (usize, ObjectClass)| Self {
-            label: label as u32,
-            source: Source::Class(class),
-            count,
-        };
-        ObjectClass::ALL
-            .into_iter()
-            .enumerate()
-            .map(labelled)
-            .collect()
-    }
-
-    /// As many of each named stranger; `label` is the number of classes.
-    pub fn strangers(label: u32, count: usize) -> Vec<Self> {
-        let labelled = |stranger| Self {
-            label,
-            source: Source::Stranger(stranger),
-            count,
-        };
-        Stranger::ALL.into_iter().map(labelled).collect()
-    }
+pub struct Data {
+    /// Learned from.
+    pub train: Part,
+    /// Choose the best epoch.
+    pub validation: Part,
+    /// Seen only when all is decided.
+    pub test: Option<Part>,
 }
 
 impl Source {
-    /// One specimen in the object frame (bottom centre, +z up).
+    /// These dataset folders, or scans if there are none.
     ///
     /// # Errors
-    /// A mesh file cannot be read, or a dent cannot be made.
-    pub fn specimen(&self, parameters: &ScanParameters, random: &mut impl Rng) -> Result<Mesh> {
-        match self {
-            Self::Class(class) => {
-                let variation = Variation::random(random.random());
-                let dented = !random.random_bool(parameters.undented_share);
-                let squeeze_m = if dented {
-                    random.random_range(0.0..=parameters.squeeze_max_m)
-                } else {
-                    0.0
-                };
-                Ok(sim_deform::specimen(
-                    *class,
-                    &variation,
-                    squeeze_m,
-                    random.random(),
-                )?)
-            }
-            Self::Meshes(paths) => {
-                let path = paths.choose(random).context("there are no meshes")?;
-                let scan = file::read(path, file::MILLIMETRE)?;
-                ensure!(
-                    !scan.is_cloud(),
-                    "{} has no faces; make meshes with generate_dataset",
-                    path.display()
-                );
-                Ok(scan.mesh().stood_up())
-            }
-            Self::Stranger(stranger) => Ok(stranger.mesh()),
-            Self::RandomSolids => Ok(random_solid(random)),
+    /// A folder is no whole dataset.
+    pub fn open(datasets: &[PathBuf]) -> Result<Self> {
+        match datasets {
+            [] => Ok(Self::Scans),
+            folders => MeshDataset::open(folders).map(Self::Meshes),
         }
     }
+
+    /// Names of the classes.
+    pub fn labels(&self) -> Vec<String> {
+        match self {
+            Self::Scans => ObjectClass::ALL
+                .map(|class| class.name().to_owned())
+                .to_vec(),
+            Self::Meshes(dataset) => dataset.labels.clone(),
+        }
+    }
+
+    /// A name for settings and data.
+    ///
+    /// # Errors
+    /// The settings have no text.
+    pub fn fingerprint(&self, settings: &Settings) -> Result<String> {
+        match self {
+            Self::Scans => fingerprint(settings),
+            Self::Meshes(dataset) => fingerprint(&(settings, &dataset.digest)),
+        }
+    }
+
+    /// The clouds, from the file of an earlier run with the same settings where there is one.
+    ///
+    /// # Errors
+    /// They cannot be made, written or read.
+    pub fn data(
+        &self,
+        settings: &Settings,
+        metadata: &ModelMetadata,
+        output: &Path,
+        fresh: bool,
+        show: &(impl Fn(Stage) + Sync),
+    ) -> Result<Data> {
+        match self {
+            Self::Scans => scanned(settings, metadata, output, fresh, show),
+            Self::Meshes(dataset) => sampled(dataset, settings, metadata, output, fresh, show),
+        }
+    }
+}
+
+fn scanned(
+    settings: &Settings,
+    metadata: &ModelMetadata,
+    output: &Path,
+    fresh: bool,
+    show: &(impl Fn(Stage) + Sync),
+) -> Result<Data> {
+    ensure!(
+        !metadata.normals,
+        "normals are only made of meshes; give --dataset"
+    );
+    let counts = [
+        settings.specimens_per_class,
+        settings.validation_specimens_per_class,
+    ];
+    let determining = (
+        settings.seed,
+        counts,
+        settings.strangers,
+        settings.point_count,
+        &settings.centring,
+        &settings.scans,
+    );
+    let path = clouds_file(output, &fingerprint(&determining)?);
+    let (train, validation) = if path.is_file() && !fresh {
+        read_npz(&path)?
+    } else {
+        let strangers_label = metadata.labels.len() as u32;
+        let parts = [(counts[0], settings.strangers), (counts[1], counts[1])];
+        let parts = parts.map(|(each, strangers)| {
+            let mut labelled = Labelled::classes(each);
+            labelled.push(Labelled::random_solids(strangers_label, strangers));
+            labelled
+        });
+        let specimens = parts.iter().flatten().map(|labelled| labelled.count).sum();
+        show(Stage::Scanning { specimens });
+        let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+        let mut part = |labelled: &[Labelled]| {
+            let finished = || show(Stage::Scanned);
+            simulate(
+                labelled,
+                &settings.scans,
+                metadata,
+                random.random(),
+                finished,
+            )
+        };
+        let (train, validation) = (part(&parts[0])?, part(&parts[1])?);
+        write_npz(&path, &train, &validation)?;
+        (train, validation)
+    };
+    Ok(Data {
+        train: train.into(),
+        validation: validation.into(),
+        test: None,
+    })
+}
+
+fn sampled(
+    dataset: &MeshDataset,
+    settings: &Settings,
+    metadata: &ModelMetadata,
+    output: &Path,
+    fresh: bool,
+    show: &(impl Fn(Stage) + Sync),
+) -> Result<Data> {
+    let point_count = settings.point_count;
+    // N itself does not matter: all N up to P look at the same file.
+    let determining = (
+        settings.seed,
+        &dataset.digest,
+        &settings.centring,
+        metadata.normals,
+        &settings.meshes,
+        point_count.max(settings.meshes.kept_points),
+    );
+    let path = clouds_file(output, &fingerprint(&determining)?);
+    let clouds = if path.is_file() && !fresh {
+        MeshClouds::read(&path)?
+    } else {
+        show(Stage::Sampling {
+            meshes: dataset.meshes.len(),
+        });
+        let finished = || show(Stage::Scanned);
+        let (sampling, seed) = (&settings.meshes, settings.seed);
+        let clouds = MeshClouds::sample(dataset, sampling, metadata, seed, finished)?;
+        clouds.write(&path)?;
+        clouds
+    };
+    let part = |split| clouds.part(split, point_count);
+    Ok(Data {
+        train: part(Split::Train),
+        validation: part(Split::Validation),
+        test: Some(part(Split::Test)),
+    })
+}
+
+fn clouds_file(output: &Path, fingerprint: &str) -> PathBuf {
+    output
+        .join(format!("dataset-{fingerprint}"))
+        .join("clouds.npz")
 }

@@ -1,17 +1,20 @@
 //! Fits a network to clouds: Adam, early stop by patience, the best weights kept.
 
 use anyhow::{Result, ensure};
-use candle_core::backprop::GradStore;
-use candle_nn::{AdamW, Optimizer, ParamsAdamW};
-use rand::{SeedableRng, seq::SliceRandom};
+use candle_core::{Tensor, backprop::GradStore};
+use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::augment::Augmentation;
-use crate::batch::{clouds, part_size, summed_loss};
+use crate::batch::Clouds;
+use crate::checkpoint::{Checkpoint, State};
 use crate::network::Network;
-use crate::samples::Samples;
+use crate::optimizer::Adam;
+use crate::tally::Tally;
+
+pub use crate::tally::most_probable;
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,90 +78,140 @@ pub enum Event {
     },
     /// An epoch ended.
     Epoch(EpochReport),
+    /// An interrupted training goes on after these epochs.
+    Resumed {
+        /// Epochs that need not be done again.
+        epochs: usize,
+        /// Their steps.
+        steps: usize,
+    },
 }
 
 /// Trains, and leaves the network with the weights of the lowest validation loss. `metres_per_unit` as in the model's
-/// metadata. The same arguments give the same network.
+/// metadata. The same arguments give the same network, also where a training that was interrupted goes on from its
+/// checkpoint, which is removed only by the caller.
 ///
 /// # Errors
-/// No clouds, or a loss that is not a number.
+/// No clouds, a checkpoint of something else, or a loss that is not a number.
 pub fn train(
     network: &Network,
-    [train, validation]: [&Samples; 2],
+    [train, validation]: [Clouds; 2],
     metres_per_unit: f64,
     parameters: &TrainingParameters,
-    random: &mut Pcg64Mcg,
+    seed: u64,
+    checkpoint: Option<&Checkpoint>,
     mut observe: impl FnMut(Event) -> Result<()>,
 ) -> Result<Vec<EpochReport>> {
     ensure!(
         !train.is_empty() && !validation.is_empty(),
         "there is nothing to train on"
     );
-    let settings = ParamsAdamW {
-        weight_decay: parameters.weight_decay,
-        ..ParamsAdamW::default()
-    };
-    let optimizer = AdamW::new(network.variables(), settings)?;
     let mut fit = Fit {
         network,
         train,
         metres_per_unit,
         parameters,
-        optimizer,
-        epoch: 0,
-        step: 0,
+        adam: Adam::new(network.variables(), parameters.weight_decay)?,
+        best_weights: network.snapshot()?,
+        history: Vec::new(),
     };
-    let mut order: Vec<usize> = (0..train.len()).collect();
-    let mut history: Vec<EpochReport> = Vec::new();
-    let mut best = (f64::INFINITY, 0, network.snapshot()?);
-    while fit.epoch < parameters.epochs && fit.epoch - best.1 < parameters.patience {
-        order.shuffle(random);
-        let learned = fit.epoch(&order, random, &mut observe)?;
+    if let Some(state) = checkpoint.map_or(Ok(None), |c| c.read(&fit.best_weights))? {
+        let (epochs, steps) = (state.history.len(), state.adam.steps);
+        fit.resume(state)?;
+        observe(Event::Resumed { epochs, steps })?;
+    }
+    while !fit.is_finished() {
+        let epoch = fit.history.len() + 1;
+        let mut random = epoch_random(seed, epoch);
+        let learned = fit.epoch(epoch, &mut random, &mut observe)?;
         let found = evaluate(network, validation, metres_per_unit)?;
-        let report = report(fit.epoch, &learned, &found, best.0);
-        if report.best {
-            best = (report.validation_loss, fit.epoch, network.snapshot()?);
-        }
-        history.push(report);
+        let report = fit.end_epoch(report(epoch, &learned, &found))?;
+        checkpoint.map_or(Ok(()), |checkpoint| checkpoint.write(&fit.state()?))?;
         observe(Event::Epoch(report))?;
     }
-    network.restore(&best.2)?;
-    Ok(history)
+    network.restore(&fit.best_weights)?;
+    Ok(fit.history)
+}
+
+/// The random numbers of one epoch, whatever came before.
+fn epoch_random(seed: u64, epoch: usize) -> Pcg64Mcg {
+    let mut of_training = Pcg64Mcg::seed_from_u64(seed);
+    let key: u64 = of_training.random();
+    Pcg64Mcg::seed_from_u64(key.wrapping_add(epoch as u64))
 }
 
 /// Training under way.
 struct Fit<'a> {
     network: &'a Network,
-    train: &'a Samples,
+    train: Clouds<'a>,
     metres_per_unit: f64,
     parameters: &'a TrainingParameters,
-    optimizer: AdamW,
-    epoch: usize,
-    step: usize,
+    adam: Adam,
+    best_weights: Vec<Tensor>,
+    history: Vec<EpochReport>,
 }
 
 impl Fit<'_> {
-    /// One pass over the clouds in this order.
+    /// The last epoch that was the best so far.
+    fn best(&self) -> Option<&EpochReport> {
+        self.history.iter().rev().find(|report| report.best)
+    }
+
+    fn is_finished(&self) -> bool {
+        let done = self.history.len();
+        let best_epoch = self.best().map_or(0, |report| report.epoch);
+        done >= self.parameters.epochs || done - best_epoch >= self.parameters.patience
+    }
+
+    fn state(&self) -> Result<State> {
+        Ok(State {
+            weights: self.network.snapshot()?,
+            best_weights: self.best_weights.clone(),
+            adam: self.adam.state().clone(),
+            history: self.history.clone(),
+        })
+    }
+
+    fn resume(&mut self, state: State) -> Result<()> {
+        self.network.restore(&state.weights)?;
+        self.best_weights = state.best_weights;
+        self.adam.resume(state.adam);
+        self.history = state.history;
+        Ok(())
+    }
+
+    /// Keeps the weights if they are the best so far.
+    fn end_epoch(&mut self, mut report: EpochReport) -> Result<EpochReport> {
+        let lowest = self
+            .best()
+            .map_or(f64::INFINITY, |best| best.validation_loss);
+        report.best = report.validation_loss < lowest;
+        if report.best {
+            self.best_weights = self.network.snapshot()?;
+        }
+        self.history.push(report);
+        Ok(report)
+    }
+
+    /// One pass over the clouds in random order.
     fn epoch(
         &mut self,
-        order: &[usize],
+        epoch: usize,
         random: &mut Pcg64Mcg,
         observe: &mut impl FnMut(Event) -> Result<()>,
     ) -> Result<Tally> {
-        self.epoch += 1;
-        let epoch = self.epoch;
+        let mut order: Vec<usize> = (0..self.train.len()).collect();
+        order.shuffle(random);
         let (batch_size, highest) = (self.parameters.batch_size, self.parameters.learning_rate);
         let steps = self.parameters.epochs * order.len().div_ceil(batch_size);
         let mut tally = Tally::default();
         for indices in order.chunks(batch_size) {
-            let progress = self.step as f64 / steps as f64;
-            self.optimizer
-                .set_learning_rate(learning_rate(highest, progress));
+            let progress = self.adam.state().steps as f64 / steps as f64;
             let change = (&self.parameters.augmentation, Pcg64Mcg::from_rng(random));
             let scale = self.metres_per_unit;
-            let (gradients, part) = gradients(self.network, self.train, indices, scale, change)?;
-            self.optimizer.step(&gradients)?;
-            self.step += 1;
+            let (gradients, part) = gradients(self.network, &self.train, indices, scale, change)?;
+            self.adam
+                .step(&gradients, learning_rate(highest, progress))?;
             tally.add(part);
             let (loss, accuracy) = (tally.loss(), tally.accuracy());
             ensure!(
@@ -178,23 +231,23 @@ impl Fit<'_> {
 /// Gradients of the mean loss of some clouds. They are worked on in parts, side by side.
 fn gradients(
     network: &Network,
-    samples: &Samples,
+    clouds: &Clouds,
     indices: &[usize],
     metres_per_unit: f64,
     (augmentation, mut random): (&Augmentation, Pcg64Mcg),
 ) -> Result<(GradStore, Tally)> {
-    let parts = indices.chunks(part_size(network, samples));
+    let parts = indices.chunks(network.part_size(clouds.point_count));
     let parts: Vec<_> = parts
         .map(|part| (part, Pcg64Mcg::from_rng(&mut random)))
         .collect();
     let parts: Vec<Result<(GradStore, Tally)>> = parts
         .into_par_iter()
         .map(|(part, random)| {
-            let clouds = clouds(samples, part, metres_per_unit, Some((augmentation, random)))?;
-            let answers = network.forward_open(&clouds)?;
-            let loss = summed_loss(&answers, samples, part)?;
+            let input = clouds.tensor(part, metres_per_unit, Some((augmentation, random)))?;
+            let answers = network.forward(&input)?;
+            let loss = clouds.summed_loss(&answers, part)?;
             let gradients = (&loss / indices.len() as f64)?.backward()?;
-            Ok((gradients, Tally::of(&answers.to_vec2()?, samples, part)))
+            Ok((gradients, Tally::of(&answers.to_vec2()?, clouds, part)))
         })
         .collect();
     // In order, so that rounding does not depend on which part was ready first.
@@ -213,45 +266,46 @@ fn gradients(
         .ok_or_else(|| anyhow::anyhow!("an empty batch"))
 }
 
-/// Log-probabilities of each cloud.
+/// Logits [C] of each cloud.
 ///
 /// # Errors
 /// The network fails.
-pub fn log_probabilities(
+pub fn logits(network: &Network, clouds: Clouds, metres_per_unit: f64) -> Result<Vec<Vec<f32>>> {
+    of_each(network, clouds, metres_per_unit, Network::logits)
+}
+
+fn of_each(
     network: &Network,
-    samples: &Samples,
+    clouds: Clouds,
     metres_per_unit: f64,
+    answer: impl Fn(&Network, &Tensor) -> candle_core::Result<Tensor> + Sync,
 ) -> Result<Vec<Vec<f32>>> {
-    let indices: Vec<usize> = (0..samples.len()).collect();
+    let indices: Vec<usize> = (0..clouds.len()).collect();
     let answers: Vec<Result<Vec<Vec<f32>>>> = indices
-        .par_chunks(part_size(network, samples))
+        .par_chunks(network.part_size(clouds.point_count))
         .map(|part| {
-            Ok(network
-                .forward_open(&clouds(samples, part, metres_per_unit, None)?)?
-                .to_vec2()?)
+            let input = clouds.tensor(part, metres_per_unit, None)?;
+            Ok(answer(network, &input)?.to_vec2()?)
         })
         .collect();
     let answers: Result<Vec<_>> = answers.into_iter().collect();
     Ok(answers?.concat())
 }
 
-fn evaluate(network: &Network, samples: &Samples, metres_per_unit: f64) -> Result<Tally> {
-    let indices: Vec<usize> = (0..samples.len()).collect();
-    Ok(Tally::of(
-        &log_probabilities(network, samples, metres_per_unit)?,
-        samples,
-        &indices,
-    ))
+fn evaluate(network: &Network, clouds: Clouds, metres_per_unit: f64) -> Result<Tally> {
+    let indices: Vec<usize> = (0..clouds.len()).collect();
+    let answers = of_each(network, clouds, metres_per_unit, Network::forward)?;
+    Ok(Tally::of(&answers, &clouds, &indices))
 }
 
-fn report(epoch: usize, train: &Tally, validation: &Tally, best_loss: f64) -> EpochReport {
+fn report(epoch: usize, train: &Tally, validation: &Tally) -> EpochReport {
     EpochReport {
         epoch,
         train_loss: train.loss(),
         train_accuracy: train.accuracy(),
         validation_loss: validation.loss(),
         validation_accuracy: validation.accuracy(),
-        best: validation.loss() < best_loss,
+        best: false,
     }
 }
 
@@ -262,48 +316,4 @@ fn learning_rate(highest: f64, progress: f64) -> f64 {
         return highest * (0.1 + 0.9 * progress / WARM_UP);
     }
     0.5 * highest * (1.0 + ((progress - WARM_UP) / (1.0 - WARM_UP) * std::f64::consts::PI).cos())
-}
-
-/// Sums of losses and right answers.
-#[derive(Debug, Default)]
-struct Tally {
-    loss_sum: f64,
-    right: usize,
-    count: usize,
-}
-
-impl Tally {
-    fn of(answers: &[Vec<f32>], samples: &Samples, indices: &[usize]) -> Self {
-        let mut tally = Self::default();
-        for (answer, &index) in answers.iter().zip(indices) {
-            let label = samples.labels[index] as usize;
-            tally.loss_sum -= f64::from(answer[label]);
-            tally.right += usize::from(most_probable(answer) == label);
-            tally.count += 1;
-        }
-        tally
-    }
-
-    fn add(&mut self, other: Self) {
-        self.loss_sum += other.loss_sum;
-        self.right += other.right;
-        self.count += other.count;
-    }
-
-    fn loss(&self) -> f64 {
-        self.loss_sum / self.count as f64
-    }
-
-    fn accuracy(&self) -> f64 {
-        self.right as f64 / self.count as f64
-    }
-}
-
-/// Index of the largest value.
-pub fn most_probable(log_probabilities: &[f32]) -> usize {
-    let best = log_probabilities
-        .iter()
-        .enumerate()
-        .max_by(|a, b| a.1.total_cmp(b.1));
-    best.map_or(0, |(index, _)| index)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use classifier::{Model, Provider};
-use training::run::{Results, Stage, run};
+use training::run::{Order, Results, Stage, run};
 use training::settings::Settings;
 
 fn small() -> Settings {
@@ -20,14 +20,18 @@ fn small() -> Settings {
     settings
 }
 
+fn order(folder: &Path, settings: &Settings) -> Order {
+    Order {
+        settings: settings.clone(),
+        datasets: Vec::new(),
+        output: folder.join("output"),
+        model: folder.join("model.onnx"),
+        fresh: false,
+    }
+}
+
 fn run_in(folder: &Path, settings: &Settings) -> anyhow::Result<Results> {
-    run(
-        settings,
-        &folder.join("output"),
-        &folder.join("model.onnx"),
-        false,
-        |_| (),
-    )
+    run(&order(folder, settings), |_| ())
 }
 
 #[test]
@@ -72,11 +76,11 @@ fn scans_are_made_once_for_the_same_settings() {
                 *scanned.lock().unwrap() += 1;
             }
         };
-        let (output, model) = (
-            folder.path().join("output"),
-            folder.path().join("model.onnx"),
-        );
-        run(settings, &output, &model, fresh, show).unwrap();
+        let order = Order {
+            fresh,
+            ..order(folder.path(), settings)
+        };
+        run(&order, show).unwrap();
         scanned.into_inner().unwrap()
     };
     assert_eq!(scanned(&small(), false), 24);

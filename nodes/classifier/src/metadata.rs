@@ -42,6 +42,8 @@ impl fmt::Display for Centring {
 
 /// Where every network expects the object's up direction; stored, so that other readers of the file know.
 const UP_AXIS: &str = "+z";
+/// Absent where the network takes no normals.
+const NORMALS: &str = "normals";
 
 /// Everything that a model file says about itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +56,8 @@ pub struct ModelMetadata {
     pub metres_per_unit: f64,
     /// How clouds are moved to the origin.
     pub centring: Centring,
+    /// Whether the network also takes each point's normal.
+    pub normals: bool,
     /// Which network this is.
     pub network_version: String,
     /// The training run that made the model.
@@ -63,9 +67,14 @@ pub struct ModelMetadata {
 }
 
 impl ModelMetadata {
+    /// Values of a point: 3 coordinates, and 3 of its normal if the network takes it.
+    pub fn columns(&self) -> usize {
+        if self.normals { 6 } else { 3 }
+    }
+
     /// The entries to store in the model file.
-    pub fn to_entries(&self) -> [(&'static str, String); 8] {
-        [
+    pub fn to_entries(&self) -> Vec<(&'static str, String)> {
+        let mut entries = vec![
             ("labels", self.labels.join(",")),
             ("point_count", self.point_count.to_string()),
             ("metres_per_unit", self.metres_per_unit.to_string()),
@@ -74,7 +83,11 @@ impl ModelMetadata {
             ("network_version", self.network_version.clone()),
             ("run_id", self.run_id.clone()),
             ("known_threshold", self.known_threshold.to_string()),
-        ]
+        ];
+        if self.normals {
+            entries.push((NORMALS, "estimated".to_owned()));
+        }
+        entries
     }
 
     /// Reads the entries back, each found by its key.
@@ -95,6 +108,7 @@ impl ModelMetadata {
                 |metres: &f64| *metres > 0.0 && *metres <= 100.0,
             )?,
             centring: entries.parsed("centring", "`centroid`, `box` or `sphere`", |_| true)?,
+            normals: entries.normals()?,
             network_version: entries.text("network_version")?,
             run_id: entries.text("run_id")?,
             known_threshold: entries.parsed(
@@ -157,6 +171,18 @@ impl<F: Fn(&str) -> Option<String>> Entries<F> {
         }
     }
 
+    fn normals(&self) -> Result<bool, MetadataError> {
+        match self.0(NORMALS) {
+            None => Ok(false),
+            Some(value) if value == "estimated" => Ok(true),
+            Some(value) => Err(MetadataError::Wrong {
+                key: NORMALS,
+                value,
+                allowed: "`estimated`, or absent",
+            }),
+        }
+    }
+
     fn labels(&self) -> Result<Vec<String>, MetadataError> {
         let value = self.get("labels")?;
         let labels: Vec<String> = value.split(',').map(|l| l.trim().to_owned()).collect();
@@ -184,6 +210,7 @@ mod tests {
             point_count: 100,
             metres_per_unit: 0.1,
             centring: Centring::Box,
+            normals: true,
             network_version: "1".to_owned(),
             run_id: "run".to_owned(),
             known_threshold: 0.5,
@@ -199,13 +226,19 @@ mod tests {
 
     #[test]
     fn entries_read_back_the_same() {
-        assert_eq!(read(&example().to_entries()).unwrap(), example());
+        let without_normals = ModelMetadata {
+            normals: false,
+            ..example()
+        };
+        for metadata in [example(), without_normals] {
+            assert_eq!(read(&metadata.to_entries()).unwrap(), metadata);
+        }
     }
 
     #[test]
     fn each_missing_key_is_named() {
         let all = example().to_entries();
-        for (missing, _) in &all {
+        for (missing, _) in all.iter().filter(|entry| entry.0 != NORMALS) {
             let rest: Vec<_> = all.iter().filter(|e| e.0 != *missing).cloned().collect();
             assert_eq!(read(&rest), Err(MetadataError::Missing { key: missing }));
         }
@@ -223,6 +256,7 @@ mod tests {
             ("metres_per_unit", "NaN"),
             ("metres_per_unit", "inf"),
             ("centring", "middle"),
+            ("normals", "true"),
             ("up_axis", "z"),
             ("up_axis", "-z"),
             ("network_version", " "),

@@ -15,7 +15,7 @@ use crate::{runtime, session};
 
 /// Largest accepted model file (paper, Sec. VI-B.3).
 pub const MAX_MODEL_BYTES: u64 = 100_000;
-/// Name of the network's input, float32 [B, 3, N].
+/// Name of the network's input, float32 [B, 3, N]; [B, 6, N] with normals.
 pub const INPUT_NAME: &str = "points";
 /// Name of the network's output, float32 [B, C].
 pub const OUTPUT_NAME: &str = "log_probabilities";
@@ -89,8 +89,8 @@ impl Model {
         let mut session = session::cpu(environment, &bytes).map_err(corrupt)?;
         let metadata = checked_metadata(&session, path)?;
         let infer_blank = |session: &mut Session| {
-            let blank = vec![0.0; 3 * metadata.point_count];
-            session::infer(session, &blank, metadata.point_count)
+            let blank = vec![0.0; metadata.columns() * metadata.point_count];
+            session::infer(session, &blank, &metadata)
                 .map(|_| ())
                 .map_err(|error| error.to_string())
         };
@@ -156,7 +156,7 @@ impl Model {
     /// # Errors
     /// The network failed.
     pub fn infer(&mut self, input: &[f32]) -> Result<Output, ClassifyError> {
-        session::infer(&mut self.session, input, self.metadata.point_count)
+        session::infer(&mut self.session, input, &self.metadata)
     }
 }
 
@@ -187,7 +187,7 @@ fn checked_metadata(session: &Session, path: &Path) -> Result<ModelMetadata, Loa
         path: path.to_path_buf(),
         source,
     })?;
-    let points = [-1, 3, metadata.point_count as i64];
+    let points = [-1, metadata.columns() as i64, metadata.point_count as i64];
     check_outlet(path, "the input", session.inputs(), INPUT_NAME, &points)?;
     let classes = [-1, metadata.labels.len() as i64];
     let outputs = match session.outputs() {

@@ -6,6 +6,7 @@ use ort::session::{Session, builder::SessionBuilder};
 use ort::value::TensorRef;
 
 use crate::error::ClassifyError;
+use crate::metadata::ModelMetadata;
 use crate::model::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
 
 /// A session on ONNX Runtime's own code.
@@ -72,14 +73,14 @@ fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
     Ok(builder)
 }
 
-/// Runs the network on `input`, [3, N].
+/// Runs the network on `input`, [3 or 6, N].
 pub fn infer(
     session: &mut Session,
     input: &[f32],
-    point_count: usize,
+    metadata: &ModelMetadata,
 ) -> Result<Output, ClassifyError> {
     let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
-    let shape = [1, 3, point_count];
+    let shape = [1, metadata.columns(), metadata.point_count];
     let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
     let outputs = session
         .run(ort::inputs![INPUT_NAME => points])

@@ -18,6 +18,7 @@ fn metadata() -> ModelMetadata {
         point_count: POINT_COUNT,
         metres_per_unit: 0.1,
         centring: Centring::Box,
+        normals: false,
         network_version: "test".to_owned(),
         run_id: "run 1".to_owned(),
         known_threshold: 0.8,
@@ -40,7 +41,7 @@ impl Default for Fault {
             input_shape: [BATCH, Dimension::Fixed(3), Dimension::Fixed(POINT_COUNT)],
             output: "log_probabilities",
             output_size: 2,
-            entries: metadata().to_entries().to_vec(),
+            entries: metadata().to_entries(),
         }
     }
 }
@@ -244,7 +245,7 @@ fn a_wrong_interface_is_refused_with_what_was_found() {
 
 #[test]
 fn missing_and_wrong_metadata_is_named() {
-    for key in metadata().to_entries().map(|(key, _)| key) {
+    for (key, _) in metadata().to_entries() {
         let mut fault = Fault::default();
         fault.entries.retain(|entry| entry.0 != key);
         let message = refusal(&fault);
@@ -307,4 +308,31 @@ fn a_device_that_cannot_start_falls_back_to_the_cpu_and_says_so() {
             .label,
         "tall"
     );
+}
+
+#[test]
+fn normals_of_a_ball_point_away_from_its_centre() {
+    let model = ModelMetadata {
+        point_count: 60,
+        normals: true,
+        ..metadata()
+    };
+    // Points all round a ball by the golden angle.
+    let points: Vec<Point3<f32>> = (0..600)
+        .map(|index| {
+            let z = 1.0 - (2.0 * index as f32 + 1.0) / 600.0;
+            let (sin, cos) = (2.399_963 * index as f32).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            Point3::new(0.5 + 0.03 * radius * cos, 0.03 * radius * sin, 0.03 * z)
+        })
+        .collect();
+    let input = preprocess(&points, &Vector3::z(), &model).unwrap();
+    assert_eq!(input.len(), 6 * 60);
+    for point in 0..60 {
+        let column = |row: usize| input[row * 60 + point];
+        let outward = Vector3::new(column(0), column(1), column(2)).normalize();
+        let normal = Vector3::new(column(3), column(4), column(5));
+        assert!((normal.norm() - 1.0).abs() < 1e-5);
+        assert!(normal.dot(&outward) > 0.98, "{normal} at {outward}");
+    }
 }

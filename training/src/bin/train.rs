@@ -8,15 +8,17 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
 use indicatif::{ProgressBar, ProgressStyle};
+use training::network::NetworkKind;
 use training::report;
-use training::run::{self, Stage};
+use training::run::{self, Order, Stage};
 use training::settings::Settings;
 use training::trainer::EpochReport;
 
-/// Makes simulated scans of the eight objects and trains a model on them.
+/// Trains a model on simulated scans of the eight objects, or on datasets of meshes.
 ///
-/// The scans go through the code of the nodes, and are kept for the next run with the same settings. The run's settings
-/// and results are written to run.yaml in the run's folder.
+/// The clouds go through the code of the nodes, and are kept for the next run with the same settings. The run's settings
+/// and results are written to run.yaml in the run's folder. Started again after an interruption, the same command goes
+/// on after the last whole epoch.
 #[derive(Debug, Parser)]
 #[command(
     name = "train",
@@ -29,7 +31,17 @@ struct Arguments {
     /// Where datasets and runs go
     #[arg(long, default_value = "target/training", value_name = "FOLDER")]
     output: PathBuf,
-    /// Make the scans again, though there are some with these settings; needed after a change of the nodes' code
+    /// A folder made by generate_dataset, to train on instead of scans; may be given several times
+    #[arg(long = "dataset", value_name = "FOLDER")]
+    datasets: Vec<PathBuf>,
+    /// Which network: the robot's, or the paper's with its settings
+    #[arg(long, value_name = "NAME", default_value = "robot")]
+    network: NetworkKind,
+    /// Give the paper's network the points' normals, too
+    #[arg(long, requires = "datasets")]
+    normals: bool,
+    /// Make the clouds again, though there are some with these settings, and forget an interrupted run; needed after a
+    /// change of the nodes' code
     #[arg(long)]
     fresh: bool,
     /// Everything random comes from this
@@ -39,13 +51,13 @@ struct Arguments {
     #[arg(long)]
     specimens: Option<usize>,
     /// N, points of a cloud that the network sees
-    #[arg(long)]
+    #[arg(long = "points", visible_alias = "point-count", value_name = "N")]
     point_count: Option<usize>,
     /// How clouds are centred: box or centroid
     #[arg(long, value_parser = parse_centring)]
     centring: Option<Centring>,
     /// F, features of a point
-    #[arg(long)]
+    #[arg(long, value_name = "F")]
     features: Option<usize>,
     /// Most epochs
     #[arg(long)]
@@ -65,7 +77,10 @@ fn parse_centring(text: &str) -> Result<Centring, String> {
 
 impl Arguments {
     fn settings(&self) -> Settings {
-        let mut settings = Settings::default();
+        let mut settings = match self.network {
+            NetworkKind::Robot => Settings::default(),
+            NetworkKind::Paper => Settings::of_paper(),
+        };
         let set = |to: &mut usize, from: Option<usize>| *to = from.unwrap_or(*to);
         settings.seed = self.seed.unwrap_or(settings.seed);
         set(&mut settings.specimens_per_class, self.specimens);
@@ -73,7 +88,10 @@ impl Arguments {
         if let Some(centring) = self.centring {
             settings.centring = centring.to_string();
         }
-        set(&mut settings.architecture.features, self.features);
+        if let Some(features) = self.features {
+            settings.set_features(features);
+        }
+        settings.paper.normals = self.normals;
         set(&mut settings.training.epochs, self.epochs);
         set(&mut settings.training.patience, self.patience);
         settings
@@ -86,13 +104,14 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<()> {
     let bar = ProgressBar::new(0);
-    let results = run::run(
-        &arguments.settings(),
-        &arguments.output,
-        &arguments.model,
-        arguments.fresh,
-        |stage| show(&bar, stage),
-    )?;
+    let order = Order {
+        settings: arguments.settings(),
+        datasets: arguments.datasets.clone(),
+        output: arguments.output.clone(),
+        model: arguments.model.clone(),
+        fresh: arguments.fresh,
+    };
+    let results = run::run(&order, |stage| show(&bar, stage))?;
     bar.finish_and_clear();
     if arguments.json {
         println!("{:#}", serde_json::to_value(&results)?);
@@ -105,6 +124,7 @@ fn run(arguments: &Arguments) -> Result<()> {
 fn show(bar: &ProgressBar, stage: Stage) {
     match stage {
         Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
+        Stage::Sampling { meshes } => begin(bar, meshes, "sampling meshes"),
         Stage::Scanned => advance(bar),
         Stage::Training { steps } => begin(bar, steps, "training"),
         Stage::Step {
@@ -116,6 +136,10 @@ fn show(bar: &ProgressBar, stage: Stage) {
             bar.set_message(format!(
                 "epoch {epoch}: loss {loss:.3}, accuracy {accuracy:.3}"
             ));
+        }
+        Stage::Resumed { epochs, steps } => {
+            bar.set_position(steps as u64);
+            bar.suspend(|| eprintln!("going on after epoch {epochs}"));
         }
         Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
     }

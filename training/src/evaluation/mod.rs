@@ -15,7 +15,7 @@ pub use test::Test;
 use crate::dataset::simulate;
 use crate::samples::Samples;
 use crate::scan_parameters::ScanParameters;
-use crate::source::{Labelled, Source};
+use crate::specimens::{Labelled, Specimens};
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -116,7 +116,7 @@ fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
     Labelled::classes(count)
         .into_iter()
         .filter_map(|labelled| {
-            let Source::Class(class) = labelled.source else {
+            let Specimens::Class(class) = labelled.specimens else {
                 return None;
             };
             let label = labels.iter().position(|label| label == class.name())? as u32;
@@ -139,7 +139,7 @@ fn dataset_classes(folder: &Path, labels: &[String], count: usize) -> Result<Vec
         })?;
         classes.push(Labelled {
             label: label as u32,
-            source: Source::Meshes(meshes),
+            specimens: Specimens::Meshes(meshes),
             count,
         });
     }

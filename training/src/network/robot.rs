@@ -1,16 +1,16 @@
-//! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its own choice, two
-//! layers shared by all points find features, and a dense head names the object.
+//! The robot's network, after the paper's (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its
+//! own choice, two layers shared by all points find features, and a dense head names the object.
 //!
 //! Differences from the figure: features are pooled over the points (maximum and mean) before the dense layer instead
 //! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB; and the
 //! second pair of layers sees products of the coordinates beside them.
 
-use candle_core::{D, Device, Result, Tensor, Var};
-use rand::RngExt;
+use candle_core::{Result, Tensor};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::fused::{bias_relu, pool};
+use super::linear::Linear;
+use crate::fused::pool;
 
 /// Name and version of this network, stored in each model file.
 pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-products-1";
@@ -42,54 +42,9 @@ impl Default for Architecture {
     }
 }
 
-/// One layer: x · weight + bias.
+/// The network's layers, in the order of [`Robot::layers`].
 #[derive(Debug, Clone)]
-pub struct Linear {
-    /// Name, unique in the network.
-    pub name: &'static str,
-    /// [inputs, outputs]
-    pub weight: Var,
-    /// [outputs]
-    pub bias: Var,
-}
-
-impl Linear {
-    /// Uniform weights of variance 2/inputs (He et al. 2015), so that depth neither blows signals up nor starves them.
-    fn new(
-        name: &'static str,
-        inputs: usize,
-        outputs: usize,
-        random: &mut Pcg64Mcg,
-    ) -> Result<Self> {
-        let bound = (6.0 / inputs as f32).sqrt();
-        let weights = (0..inputs * outputs)
-            .map(|_| random.random_range(-bound..bound))
-            .collect();
-        let weight =
-            Var::from_tensor(&Tensor::from_vec(weights, (inputs, outputs), &Device::Cpu)?)?;
-        let bias = Var::zeros(outputs, candle_core::DType::F32, &Device::Cpu)?;
-        Ok(Self { name, weight, bias })
-    }
-
-    /// A layer that starts by answering `bias` whatever its input.
-    fn constant(name: &'static str, inputs: usize, bias: &[f32]) -> Result<Self> {
-        let weight = Var::zeros((inputs, bias.len()), candle_core::DType::F32, &Device::Cpu)?;
-        let bias = Var::from_tensor(&Tensor::new(bias, &Device::Cpu)?)?;
-        Ok(Self { name, weight, bias })
-    }
-
-    fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        x.matmul(&self.weight)?.broadcast_add(&self.bias)
-    }
-
-    fn forward_relu(&self, x: &Tensor) -> Result<Tensor> {
-        bias_relu(&x.matmul(&self.weight)?, &self.bias)
-    }
-}
-
-/// The network's layers, in the order of [`Network::layers`].
-#[derive(Debug, Clone)]
-pub struct Network {
+pub struct Robot {
     /// Widths of the layers.
     pub architecture: Architecture,
     /// Number of classes.
@@ -101,9 +56,12 @@ pub struct Network {
     pub(crate) head: [Linear; 2],
 }
 
-impl Network {
-    /// A network with random weights; the same `random` gives the same weights.
-    pub fn new(architecture: Architecture, classes: usize, random: &mut Pcg64Mcg) -> Result<Self> {
+impl Robot {
+    pub(super) fn new(
+        architecture: Architecture,
+        classes: usize,
+        random: &mut Pcg64Mcg,
+    ) -> Result<Self> {
         let Architecture {
             transformer_features,
             features,
@@ -139,7 +97,7 @@ impl Network {
     }
 
     /// Logits [B, C] of clouds [B, N, 3].
-    pub fn logits(&self, clouds: &Tensor) -> Result<Tensor> {
+    pub(super) fn logits(&self, clouds: &Tensor) -> Result<Tensor> {
         let batch = clouds.dim(0)?;
         let summary = pooled_features(&self.transform_points, &with_products(clouds)?)?;
         let hidden = self.transform_head[0].forward_relu(&summary)?;
@@ -155,59 +113,13 @@ impl Network {
         self.head[1].forward(&self.head[0].forward_relu(&summary)?)
     }
 
-    /// Log-probabilities [B, C] of clouds [B, N, 3].
-    pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
-        candle_nn::ops::log_softmax(&self.logits(clouds)?, D::Minus1)
-    }
-
-    /// Log-probabilities [B, C + 1] of clouds [B, N, 3]: of the classes, and of being none of them, whose logit is always 0.
-    /// The log of the sum of the classes' exp(logit), the negative energy of Liu et al. 2020, is then the log-odds of being
-    /// one of them.
-    pub fn forward_open(&self, clouds: &Tensor) -> Result<Tensor> {
-        let logits = self.logits(clouds)?;
-        let none = Tensor::zeros((logits.dim(0)?, 1), logits.dtype(), logits.device())?;
-        candle_nn::ops::log_softmax(&Tensor::cat(&[&logits, &none], 1)?, D::Minus1)
-    }
-
-    /// All layers, in a fixed order.
-    pub fn layers(&self) -> impl Iterator<Item = &Linear> {
+    pub(super) fn layers(&self) -> impl Iterator<Item = &Linear> {
         self.transform_points
             .iter()
             .chain(&self.transform_head)
             .chain([&self.transform_shift])
             .chain(&self.points)
             .chain(&self.head)
-    }
-
-    /// All trainable tensors, in a fixed order.
-    pub fn variables(&self) -> Vec<Var> {
-        self.layers()
-            .flat_map(|layer| [layer.weight.clone(), layer.bias.clone()])
-            .collect()
-    }
-
-    /// Number of trainable values.
-    pub fn parameter_count(&self) -> usize {
-        self.variables()
-            .iter()
-            .map(|variable| variable.elem_count())
-            .sum()
-    }
-
-    /// Copies of all values, for [`Network::restore`].
-    pub fn snapshot(&self) -> Result<Vec<Tensor>> {
-        self.variables()
-            .iter()
-            .map(|variable| variable.as_tensor().copy())
-            .collect()
-    }
-
-    /// Puts values back that [`Network::snapshot`] took from a network of the same architecture.
-    pub fn restore(&self, snapshot: &[Tensor]) -> Result<()> {
-        self.variables()
-            .iter()
-            .zip(snapshot)
-            .try_for_each(|(variable, values)| variable.set(values))
     }
 }
 

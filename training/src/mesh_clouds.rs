@@ -1,0 +1,300 @@
+//! Labelled clouds of a dataset of meshes, each seen from all sides, and as a file that numpy opens.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use candle_core::{Device, Tensor};
+use classifier::{ModelMetadata, preprocess};
+use nalgebra::{Point3, Vector3};
+use rand::{RngExt, SeedableRng, seq::SliceRandom};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sim_objects::Mesh;
+
+use crate::batch::Part;
+use crate::mesh_dataset::{MeshDataset, MeshFile};
+
+/// How meshes become clouds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MeshSampling {
+    /// Points spread over the surface, uniformly by area, of which the node's preprocessing chooses.
+    pub surface_points: usize,
+    /// P, points of a cloud that are kept; the network sees the first N. At least N, else N.
+    pub kept_points: usize,
+    /// Share of the meshes that are only tested on (paper, Sec. VI-B.1).
+    pub test_share: f64,
+    /// Share of the others that choose the best epoch.
+    pub validation_share: f64,
+}
+
+impl Default for MeshSampling {
+    fn default() -> Self {
+        Self {
+            surface_points: 2048,
+            kept_points: 512,
+            test_share: 0.3,
+            validation_share: 0.1,
+        }
+    }
+}
+
+/// What a cloud is for. The numbers are those of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Split {
+    /// Learned from.
+    Train = 0,
+    /// Chooses the best epoch.
+    Validation = 1,
+    /// Seen only when all is decided.
+    Test = 2,
+}
+
+/// Clouds of P points each, in the order of farthest-point sampling: the first N are what the node would choose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshClouds {
+    /// P.
+    pub point_count: usize,
+    /// [M, P, 3] in metres, the box around the object centred at the origin, up along z.
+    pub points: Vec<f32>,
+    /// [M, P, 3] of unit length, if they were asked for.
+    pub normals: Option<Vec<f32>>,
+    /// [M] class indices.
+    pub labels: Vec<u32>,
+    /// [M] numbers of [`Split`].
+    pub split: Vec<u32>,
+}
+
+impl MeshClouds {
+    /// Samples all meshes on all cores, as `metadata` says, but with P points. `finished` is called after each mesh.
+    /// The same arguments give the same clouds.
+    ///
+    /// # Errors
+    /// A mesh cannot be read, or a class has too few to be split.
+    pub fn sample(
+        dataset: &MeshDataset,
+        sampling: &MeshSampling,
+        metadata: &ModelMetadata,
+        seed: u64,
+        finished: impl Fn() + Sync,
+    ) -> Result<Self> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let split = split(dataset, sampling, &mut random)?;
+        let point_count = sampling.kept_points.max(metadata.point_count);
+        let surface_points = sampling.surface_points.max(point_count);
+        let metadata = ModelMetadata {
+            point_count,
+            ..metadata.clone()
+        };
+        let meshes: Vec<(&MeshFile, u64)> = dataset
+            .meshes
+            .iter()
+            .map(|mesh| (mesh, random.random()))
+            .collect();
+        let inputs: Vec<Result<Vec<f32>>> = meshes
+            .into_par_iter()
+            .map(|(mesh, seed)| {
+                let input = input(mesh, surface_points, &metadata, seed);
+                finished();
+                input
+            })
+            .collect();
+        let (mut points, mut normals) = (Vec::new(), Vec::new());
+        for input in inputs {
+            let input = input?;
+            let (coordinates, directions) = input.split_at(3 * point_count);
+            points.extend(rows(coordinates, metadata.metres_per_unit as f32));
+            normals.extend(rows(directions, 1.0));
+        }
+        Ok(Self {
+            point_count,
+            points,
+            normals: metadata.normals.then_some(normals),
+            labels: dataset.meshes.iter().map(|mesh| mesh.label).collect(),
+            split,
+        })
+    }
+
+    /// The clouds of one split, each of its first `point_count` points.
+    pub fn part(&self, split: Split, point_count: usize) -> Part {
+        let stride = 3 * self.point_count;
+        let wanted = |index: &usize| self.split[*index] == split as u32;
+        let chosen: Vec<usize> = (0..self.labels.len()).filter(wanted).collect();
+        let mut values = Vec::new();
+        for start in chosen.iter().map(|index| index * stride) {
+            for point in (start..start + 3 * point_count).step_by(3) {
+                values.extend_from_slice(&self.points[point..point + 3]);
+                if let Some(normals) = &self.normals {
+                    values.extend_from_slice(&normals[point..point + 3]);
+                }
+            }
+        }
+        Part {
+            point_count,
+            columns: if self.normals.is_some() { 6 } else { 3 },
+            values,
+            labels: chosen.iter().map(|&index| self.labels[index]).collect(),
+        }
+    }
+
+    /// Writes an npz file: `points` float32 [M, P, 3] in metres, `labels` and `split` (0 training, 1 validation,
+    /// 2 test) uint32 [M], and `normals` as `points` if there are any.
+    ///
+    /// # Errors
+    /// The file cannot be written; then nothing of it is left.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let count = self.labels.len();
+        let device = &Device::Cpu;
+        let array =
+            |values: &[f32]| Tensor::from_slice(values, (count, self.point_count, 3), device);
+        let mut arrays = vec![
+            ("points", array(&self.points)?),
+            ("labels", Tensor::from_slice(&self.labels, count, device)?),
+            ("split", Tensor::from_slice(&self.split, count, device)?),
+        ];
+        if let Some(normals) = &self.normals {
+            arrays.push(("normals", array(normals)?));
+        }
+        let folder = path.parent().context("a dataset file needs a folder")?;
+        let unfinished = path.with_extension("npz.unfinished");
+        let write = || -> Result<()> {
+            std::fs::create_dir_all(folder)?;
+            Tensor::write_npz(&arrays, &unfinished)?;
+            Ok(std::fs::rename(&unfinished, path)?)
+        };
+        write()
+            .inspect_err(|_| drop(std::fs::remove_file(&unfinished)))
+            .with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Reads what [`MeshClouds::write`] wrote.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not such a file.
+    pub fn read(path: &Path) -> Result<Self> {
+        let read = || -> Result<Self> {
+            let arrays = Tensor::read_npz(path)?;
+            let find = |name: &str| arrays.iter().find(|(found, _)| found == name);
+            let get = |name: &str| find(name).map(|(_, array)| array);
+            let points = get("points").context("it has no points")?;
+            let (count, point_count, columns) = points.dims3()?;
+            ensure!(columns == 3, "points have {columns} coordinates");
+            let column = |name: &str| -> Result<Vec<u32>> {
+                let values = get(name).with_context(|| format!("it has no {name}"))?;
+                let values = values.to_vec1::<u32>()?;
+                ensure!(
+                    values.len() == count,
+                    "{} {name} of {count} clouds",
+                    values.len()
+                );
+                Ok(values)
+            };
+            let normals = get("normals").map(|normals| normals.flatten_all()?.to_vec1());
+            Ok(Self {
+                point_count,
+                points: points.flatten_all()?.to_vec1()?,
+                normals: normals.transpose()?,
+                labels: column("labels")?,
+                split: column("split")?,
+            })
+        };
+        read().with_context(|| {
+            format!(
+                "cannot read the clouds {}; --fresh makes them again",
+                path.display()
+            )
+        })
+    }
+}
+
+/// [3, P] to [P, 3], scaled.
+fn rows(columns: &[f32], scale: f32) -> impl Iterator<Item = f32> {
+    let count = columns.len() / 3;
+    (0..count).flat_map(move |point| [0, 1, 2].map(|axis| scale * columns[axis * count + point]))
+}
+
+/// The network's input of one mesh, as the node would make it of its surface.
+fn input(
+    mesh: &MeshFile,
+    surface_points: usize,
+    metadata: &ModelMetadata,
+    seed: u64,
+) -> Result<Vec<f32>> {
+    let surface = surface(&mesh.read()?, surface_points, seed);
+    let up = Vector3::z();
+    preprocess(&surface, &up, metadata)
+        .with_context(|| format!("{} has no usable surface", mesh.path.display()))
+}
+
+/// Points spread at random over the triangles, uniformly by area; none where there is no area.
+fn surface(mesh: &Mesh, count: usize, seed: u64) -> Vec<Point3<f32>> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.vertices[corner as usize]);
+    let mut area = 0.0;
+    let up_to = mesh.triangles.iter().map(|triangle| {
+        let [a, b, c] = corners(triangle);
+        area += f64::from((b - a).cross(&(c - a)).norm());
+        area
+    });
+    let up_to: Vec<f64> = up_to.collect();
+    let whole = up_to.last().copied().unwrap_or(0.0);
+    if !(whole.is_finite() && whole > 0.0) {
+        return Vec::new();
+    }
+    let point = |_| {
+        let chosen = up_to.partition_point(|&area| area <= random.random_range(0.0..whole));
+        let [a, b, c] = corners(&mesh.triangles[chosen.min(up_to.len() - 1)]);
+        let (mut s, mut t): (f32, f32) = (random.random(), random.random());
+        if s + t > 1.0 {
+            (s, t) = (1.0 - s, 1.0 - t);
+        }
+        a + (b - a) * s + (c - a) * t
+    };
+    (0..count).map(point).collect()
+}
+
+/// What each mesh is for, at random within each class. The meshes of one grasp stay together: they are so alike that one
+/// would tell the answer to the other.
+fn split(
+    dataset: &MeshDataset,
+    sampling: &MeshSampling,
+    random: &mut Pcg64Mcg,
+) -> Result<Vec<u32>> {
+    let mut split = vec![Split::Train as u32; dataset.meshes.len()];
+    for (label, name) in dataset.labels.iter().enumerate() {
+        let of_class = |index: &usize| dataset.meshes[*index].label == label as u32;
+        let meshes: Vec<usize> = (0..dataset.meshes.len()).filter(of_class).collect();
+        let mut grasps: Vec<&[usize]> = meshes
+            .chunk_by(|&a, &b| dataset.meshes[a].grasp == dataset.meshes[b].grasp)
+            .collect();
+        ensure!(
+            grasps.len() >= 3,
+            "{name} has too few meshes: {} of {} grasps, and 3 grasps are needed, for training, validation and test; \
+             make more with generate_dataset --count",
+            meshes.len(),
+            grasps.len()
+        );
+        grasps.shuffle(random);
+        let (test, others) = cut(&grasps, sampling.test_share);
+        let (validation, _) = cut(others, sampling.validation_share);
+        for (part, grasps) in [(Split::Test, test), (Split::Validation, validation)] {
+            for &index in grasps.iter().copied().flatten() {
+                split[index] = part as u32;
+            }
+        }
+    }
+    Ok(split)
+}
+
+/// Cuts off groups that hold this share of all, at least one group; at least one stays.
+fn cut<'a, 'b>(groups: &'b [&'a [usize]], share: f64) -> (&'b [&'a [usize]], &'b [&'a [usize]]) {
+    let whole: usize = groups.iter().map(|group| group.len()).sum();
+    let mut held = 0.0;
+    let reaching = groups.iter().position(|group| {
+        let half = group.len() as f64 / 2.0;
+        held += 2.0 * half;
+        held - half >= share * whole as f64
+    });
+    groups.split_at(reaching.unwrap_or(groups.len()).clamp(1, groups.len() - 1))
+}

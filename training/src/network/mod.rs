@@ -1,0 +1,154 @@
+//! The networks that can be trained: the robot's, which is shipped, and the paper's.
+
+mod linear;
+mod paper;
+mod robot;
+
+use candle_core::{D, Result, Tensor, Var};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+pub use linear::Linear;
+pub use paper::{Paper, PaperArchitecture};
+pub use robot::{Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, Robot};
+
+/// Which network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum NetworkKind {
+    /// Pools products of the coordinates; for partial views.
+    Robot,
+    /// As in the paper, Sec. V.
+    Paper,
+}
+
+/// A network with its weights.
+#[derive(Debug, Clone)]
+pub enum Network {
+    /// See [`Robot`].
+    Robot(Robot),
+    /// See [`Paper`].
+    Paper(Paper),
+}
+
+impl Network {
+    /// The robot's network with random weights; the same `random` gives the same weights.
+    ///
+    /// # Errors
+    /// Candle fails.
+    pub fn robot(
+        architecture: Architecture,
+        classes: usize,
+        random: &mut Pcg64Mcg,
+    ) -> Result<Self> {
+        Robot::new(architecture, classes, random).map(Self::Robot)
+    }
+
+    /// The paper's network with random weights; the same `random` gives the same weights.
+    ///
+    /// # Errors
+    /// Candle fails.
+    pub fn paper(
+        architecture: PaperArchitecture,
+        classes: usize,
+        random: &mut Pcg64Mcg,
+    ) -> Result<Self> {
+        Paper::new(architecture, classes, random).map(Self::Paper)
+    }
+
+    /// Logits [B, C] of clouds [B, N, 3], or [B, N, 6] with normals. The log of the sum of their exponentials, the negative
+    /// energy of Liu et al. 2020, says how much a cloud is like the classes.
+    ///
+    /// # Errors
+    /// The clouds have another shape.
+    pub fn logits(&self, clouds: &Tensor) -> Result<Tensor> {
+        match self {
+            Self::Robot(network) => network.logits(clouds),
+            Self::Paper(network) => network.logits(clouds),
+        }
+    }
+
+    /// Log-probabilities [B, C] of clouds [B, N, 3 or 6]. The robot's network learns strangers, too, and has one more, the
+    /// last, of being none of the classes: its logit is always 0, so that the negative energy is the log-odds of being one.
+    ///
+    /// # Errors
+    /// The clouds have another shape.
+    pub fn forward(&self, clouds: &Tensor) -> Result<Tensor> {
+        let mut logits = self.logits(clouds)?;
+        if let Self::Robot(_) = self {
+            let none = Tensor::zeros((logits.dim(0)?, 1), logits.dtype(), logits.device())?;
+            logits = Tensor::cat(&[&logits, &none], 1)?;
+        }
+        candle_nn::ops::log_softmax(&logits, D::Minus1)
+    }
+
+    /// Number of classes.
+    pub fn classes(&self) -> usize {
+        match self {
+            Self::Robot(network) => network.classes,
+            Self::Paper(network) => network.classes,
+        }
+    }
+
+    /// Name and version, stored in each model file.
+    pub fn version(&self) -> &'static str {
+        match self {
+            Self::Robot(_) => NETWORK_VERSION,
+            Self::Paper(_) => paper::VERSION,
+        }
+    }
+
+    /// Clouds that are best worked on at once, of `point_count` points each. Tensors then stay in a core's cache, and
+    /// are so small that candle handles each in one thread: its threads wait for each other in a busy loop, which
+    /// costs more than it gains where cores are shared.
+    pub fn part_size(&self, point_count: usize) -> usize {
+        const LARGEST_TENSOR: usize = 60_000;
+        let width = match self {
+            Self::Robot(Robot { architecture, .. }) => {
+                architecture.features.max(architecture.transformer_features)
+            }
+            Self::Paper(network) => network.architecture.features,
+        };
+        (LARGEST_TENSOR / (point_count * width).max(1)).max(1)
+    }
+
+    /// All layers, in a fixed order.
+    pub fn layers(&self) -> Vec<&Linear> {
+        match self {
+            Self::Robot(network) => network.layers().collect(),
+            Self::Paper(network) => network.layers().collect(),
+        }
+    }
+
+    /// All trainable tensors, in a fixed order.
+    pub fn variables(&self) -> Vec<Var> {
+        let layers = self.layers().into_iter();
+        layers
+            .flat_map(|layer| [layer.weight.clone(), layer.bias.clone()])
+            .collect()
+    }
+
+    /// Number of trainable values.
+    pub fn parameter_count(&self) -> usize {
+        self.variables().iter().map(|v| v.elem_count()).sum()
+    }
+
+    /// Copies of all values, for [`Network::restore`].
+    ///
+    /// # Errors
+    /// Candle fails.
+    pub fn snapshot(&self) -> Result<Vec<Tensor>> {
+        let variables = self.variables();
+        variables.iter().map(|v| v.as_tensor().copy()).collect()
+    }
+
+    /// Puts values back that [`Network::snapshot`] took from a network of the same architecture.
+    ///
+    /// # Errors
+    /// The shapes differ.
+    pub fn restore(&self, snapshot: &[Tensor]) -> Result<()> {
+        let variables = self.variables();
+        let mut pairs = variables.iter().zip(snapshot);
+        pairs.try_for_each(|(variable, values)| variable.set(values))
+    }
+}

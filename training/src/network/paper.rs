@@ -1,0 +1,112 @@
+//! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its own choice, two
+//! layers shared by all points find F features, and one dense layer names the object.
+//!
+//! The features are pooled over the points (the largest of each) before the dense layer: the order of the points then
+//! does not matter, and the number of weights does not depend on N (Fig. 8b).
+
+use candle_core::{Result, Tensor};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use super::linear::Linear;
+use crate::shared_max::shared_max;
+
+/// Name and version of this network, stored in each model file.
+pub(super) const VERSION: &str = "paper-spatial-transformer-1";
+
+/// Design choices of the paper's network (Sec. VI-B).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PaperArchitecture {
+    /// F, features of a point.
+    pub features: usize,
+    /// Whether points come with normals (N×6 instead of N×3).
+    pub normals: bool,
+}
+
+impl Default for PaperArchitecture {
+    fn default() -> Self {
+        Self {
+            features: 80,
+            normals: false,
+        }
+    }
+}
+
+impl PaperArchitecture {
+    /// Values of a point.
+    pub fn columns(&self) -> usize {
+        if self.normals { 6 } else { 3 }
+    }
+}
+
+/// The network's layers, in the order of [`Paper::layers`].
+#[derive(Debug, Clone)]
+pub struct Paper {
+    /// Design choices.
+    pub architecture: PaperArchitecture,
+    /// Number of classes.
+    pub classes: usize,
+    pub(crate) transform_points: [Linear; 2],
+    pub(crate) transform_head: Linear,
+    pub(crate) points: [Linear; 2],
+    pub(crate) head: Linear,
+}
+
+impl Paper {
+    pub(super) fn new(
+        architecture: PaperArchitecture,
+        classes: usize,
+        random: &mut Pcg64Mcg,
+    ) -> Result<Self> {
+        let (columns, features) = (architecture.columns(), architecture.features);
+        let mut shared = |names: [&'static str; 2]| -> Result<[Linear; 2]> {
+            Ok([
+                Linear::new(names[0], columns, features, random)?,
+                Linear::new(names[1], features, features, random)?,
+            ])
+        };
+        Ok(Self {
+            architecture,
+            classes,
+            transform_points: shared(["transform_point_1", "transform_point_2"])?,
+            // The transformer starts as the identity and learns from there to turn.
+            transform_head: Linear::constant(
+                "transform_head",
+                features,
+                &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            )?,
+            points: shared(["point_1", "point_2"])?,
+            head: Linear::new("head", features, classes, random)?,
+        })
+    }
+
+    /// Logits [B, C] of clouds [B, N, 3 or 6].
+    pub(super) fn logits(&self, clouds: &Tensor) -> Result<Tensor> {
+        let batch = clouds.dim(0)?;
+        let summary = pooled_features(&self.transform_points, clouds)?;
+        let turn = self.transform_head.forward(&summary)?;
+        let turn = turn.reshape((batch, 3, 3))?;
+        let placed = clouds.narrow(2, 0, 3)?.contiguous()?.matmul(&turn)?;
+        let placed = match self.architecture.normals {
+            true => Tensor::cat(&[placed, clouds.narrow(2, 3, 3)?], 2)?,
+            false => placed,
+        };
+        let summary = pooled_features(&self.points, &placed)?;
+        self.head.forward(&summary)
+    }
+
+    pub(super) fn layers(&self) -> impl Iterator<Item = &Linear> {
+        self.transform_points
+            .iter()
+            .chain([&self.transform_head])
+            .chain(&self.points)
+            .chain([&self.head])
+    }
+}
+
+/// The largest of each feature over the points: [B, N, C] to [B, F].
+fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
+    // The largest of rectified values is the rectified largest.
+    shared_max(clouds, &layers[0].packed()?, &layers[1].packed()?)?.relu()
+}
