@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use classifier::{INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, ModelMetadata, OUTPUT_NAME};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 
-use crate::network::{Linear, Network, PRODUCT_SCALE, Robot};
+use crate::network::{Linear, Network, PRODUCT_SCALE, Robot, SQUARE_MIN, wave_numbers};
 
 mod paper;
 
@@ -141,11 +141,16 @@ impl Graph {
         model.node("Mul", &[logits, "inverse_temperature"], "tempered", &[]);
         let classes = [("axis", Attribute::Int(1))];
         model.node("LogSoftmax", &["tempered"], OUTPUT_NAME, &classes);
-        let summed = [
+        // The log of the sum of exponentials, as a difference: OpenVINO's own overflows.
+        model.node("LogSoftmax", &[logits], "untempered", &classes);
+        let largest = [
             ("axes", Attribute::Ints(&[1])),
             ("keepdims", Attribute::Int(0)),
         ];
-        model.node("ReduceLogSumExp", &[logits], KNOWN_SCORE_NAME, &summed);
+        model.node("ReduceMax", &[logits], "largest", &largest);
+        model.node("ReduceMax", &["untempered"], "largest_untempered", &largest);
+        let difference = ["largest", "largest_untempered"];
+        model.node("Sub", &difference, KNOWN_SCORE_NAME, &[]);
     }
 
     /// The robot's network, up to its logits.
@@ -183,6 +188,14 @@ impl Graph {
         self.0
             .constant_f32("product_scale", &[1], &[PRODUCT_SCALE as f32]);
         self.0.constant_i64("next_coordinate", &[3], &[1, 2, 0]);
+        // Columns: the squared distance from the origin, and from the up axis.
+        let sums = [1.0, 1.0, 1.0, 1.0, 1.0, 0.0];
+        self.0.constant_f32("sums_of_squares", &[3, 2], &sums);
+        self.0
+            .constant_f32("square_min", &[1], &[SQUARE_MIN as f32]);
+        let numbers = wave_numbers();
+        let shape = [2, numbers.len() / 2];
+        self.0.constant_f32("wave_numbers", &shape, &numbers);
         self.0.constant_i64("last_axis", &[1], &[2]);
     }
 
@@ -208,12 +221,17 @@ impl Graph {
         model.node("Mul", &[&scaled, &rolled], &mixed, &[]);
         model.node("ReduceSum", &[&squares, "last_axis"], &norm, &keep);
         model.node("Mul", &[&scaled, &norm], &cubes, &[]);
-        model.node(
-            "Concat",
-            &[&scaled, &squares, &mixed, &cubes],
-            &output,
-            &last,
-        );
+        let parts = ["sums", "floored", "distances", "phases", "sines", "cosines"];
+        let [sums, floored, distances, phases, sines, cosines] =
+            parts.map(|part| format!("{points}.{part}"));
+        model.node("MatMul", &[&squares, "sums_of_squares"], &sums, &[]);
+        model.node("Add", &[&sums, "square_min"], &floored, &[]);
+        model.node("Sqrt", &[&floored], &distances, &[]);
+        model.node("MatMul", &[&distances, "wave_numbers"], &phases, &[]);
+        model.node("Sin", &[&phases], &sines, &[]);
+        model.node("Cos", &[&phases], &cosines, &[]);
+        let columns = [&scaled, &squares, &mixed, &cubes, &sines, &cosines];
+        model.node("Concat", &columns.map(String::as_str), &output, &last);
         output
     }
 

@@ -5,12 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use candle_core::{Device, Tensor};
 use classifier::{ModelMetadata, preprocess};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sim_objects::Mesh;
 
 use crate::batch::Part;
 use crate::mesh_dataset::{MeshDataset, MeshFile};
@@ -221,42 +220,19 @@ fn input(
     metadata: &ModelMetadata,
     seed: u64,
 ) -> Result<Vec<f32>> {
-    let surface = surface(&mesh.read()?, surface_points, seed);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let surface = mesh.read()?.surface_points(surface_points, &mut random);
     let up = Vector3::z();
     preprocess(&surface, &up, metadata)
         .with_context(|| format!("{} has no usable surface", mesh.path.display()))
 }
 
-/// Points spread at random over the triangles, uniformly by area; none where there is no area.
-fn surface(mesh: &Mesh, count: usize, seed: u64) -> Vec<Point3<f32>> {
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.vertices[corner as usize]);
-    let mut area = 0.0;
-    let up_to = mesh.triangles.iter().map(|triangle| {
-        let [a, b, c] = corners(triangle);
-        area += f64::from((b - a).cross(&(c - a)).norm());
-        area
-    });
-    let up_to: Vec<f64> = up_to.collect();
-    let whole = up_to.last().copied().unwrap_or(0.0);
-    if !(whole.is_finite() && whole > 0.0) {
-        return Vec::new();
-    }
-    let point = |_| {
-        let chosen = up_to.partition_point(|&area| area <= random.random_range(0.0..whole));
-        let [a, b, c] = corners(&mesh.triangles[chosen.min(up_to.len() - 1)]);
-        let (mut s, mut t): (f32, f32) = (random.random(), random.random());
-        if s + t > 1.0 {
-            (s, t) = (1.0 - s, 1.0 - t);
-        }
-        a + (b - a) * s + (c - a) * t
-    };
-    (0..count).map(point).collect()
-}
-
 /// What each mesh is for, at random within each class. The meshes of one grasp stay together: they are so alike that one
 /// would tell the answer to the other.
-fn split(
+///
+/// # Errors
+/// A class has too few grasps for three parts.
+pub fn split(
     dataset: &MeshDataset,
     sampling: &MeshSampling,
     random: &mut Pcg64Mcg,

@@ -24,7 +24,7 @@ pub struct MeshFile {
 }
 
 /// The meshes of one or several dataset folders.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeshDataset {
     /// Names of the objects: the paper's eight in their order, then others by name.
     pub labels: Vec<String>,
@@ -38,7 +38,7 @@ impl MeshDataset {
     /// Reads the manifests, and sees that the folders hold their meshes and no others.
     ///
     /// # Errors
-    /// A folder is none, is unfinished or damaged, lacks a mesh or has a foreign file; or all is of one object.
+    /// A folder is none, is unfinished or damaged, lacks a mesh or has a foreign file.
     pub fn open(folders: &[PathBuf]) -> Result<Self> {
         let mut texts = Vec::new();
         let mut rows: Vec<(usize, Made)> = Vec::new();
@@ -49,12 +49,7 @@ impl MeshDataset {
             rows.extend(made.into_iter().map(|made| (index, made)));
             texts.extend(text);
         }
-        let labels = labels(rows.iter().map(|(_, (_, row))| row.object.as_str()));
-        ensure!(
-            labels.len() >= 2,
-            "the dataset holds {} alone; there is nothing to tell apart: add objects, or another --dataset",
-            labels.join("")
-        );
+        let labels = sorted_labels(rows.iter().map(|(_, (_, row))| row.object.as_str()));
         let mut grasps = HashMap::new();
         let files = rows.iter().filter_map(|(folder, (path, row))| {
             let key = (folder, &row.object, row.handle_1, row.handle_2);
@@ -171,7 +166,7 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The paper's eight in their order, then others by name.
-fn labels<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+pub fn sorted_labels<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let place = |name: &str| {
         ObjectClass::ALL
             .iter()
@@ -194,6 +189,6 @@ mod tests {
     fn the_papers_objects_come_first_and_in_their_order() {
         let names = ["zebra", "tiny-ball", "apple", "medium-can", "zebra"];
         let expected = ["medium-can", "tiny-ball", "apple", "zebra"];
-        assert_eq!(labels(names.into_iter()), expected);
+        assert_eq!(sorted_labels(names.into_iter()), expected);
     }
 }

@@ -1,8 +1,8 @@
-//! Where clouds come from: simulated scans, or datasets of meshes. What was made once is kept.
+//! Where clouds come from: simulated scans, or the whole surfaces of meshes. What was made once is kept.
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use classifier::ModelMetadata;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -10,8 +10,9 @@ use sim_objects::ObjectClass;
 
 use crate::batch::Part;
 use crate::dataset::simulate;
-use crate::mesh_clouds::{MeshClouds, Split};
-use crate::mesh_dataset::MeshDataset;
+use crate::mesh_clouds::{MeshClouds, Split, split};
+use crate::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
+use crate::network::NetworkKind;
 use crate::run::Stage;
 use crate::samples::{read_npz, write_npz};
 use crate::settings::{Settings, fingerprint};
@@ -20,8 +21,9 @@ use crate::specimens::Labelled;
 /// Where clouds come from.
 #[derive(Debug, Clone)]
 pub enum Source {
-    /// Simulated scans of the eight objects.
-    Scans,
+    /// Simulated scans of the eight objects, and of these meshes, which stand in for those of the eight that have their
+    /// name.
+    Scans(MeshDataset),
     /// Meshes, seen from all sides.
     Meshes(MeshDataset),
 }
@@ -38,23 +40,31 @@ pub struct Data {
 }
 
 impl Source {
-    /// These dataset folders, or scans if there are none.
+    /// What this network learns from.
     ///
     /// # Errors
-    /// A folder is no whole dataset.
-    pub fn open(datasets: &[PathBuf]) -> Result<Self> {
-        match datasets {
-            [] => Ok(Self::Scans),
-            folders => MeshDataset::open(folders).map(Self::Meshes),
+    /// A folder is no whole dataset, or the paper's network gets less than two objects.
+    pub fn open(network: NetworkKind, datasets: &[PathBuf]) -> Result<Self> {
+        let dataset = MeshDataset::open(datasets)?;
+        match (network, dataset.labels.as_slice()) {
+            (NetworkKind::Robot, _) => Ok(Self::Scans(dataset)),
+            (NetworkKind::Paper, []) => {
+                bail!("the paper's network learns from meshes; give --dataset")
+            }
+            (NetworkKind::Paper, [only]) => bail!(
+                "the dataset holds {only} alone; there is nothing to tell apart: add objects, or another --dataset"
+            ),
+            (NetworkKind::Paper, _) => Ok(Self::Meshes(dataset)),
         }
     }
 
     /// Names of the classes.
     pub fn labels(&self) -> Vec<String> {
         match self {
-            Self::Scans => ObjectClass::ALL
-                .map(|class| class.name().to_owned())
-                .to_vec(),
+            Self::Scans(dataset) => {
+                let own = ObjectClass::ALL.iter().map(|class| class.name());
+                sorted_labels(own.chain(dataset.labels.iter().map(String::as_str)))
+            }
             Self::Meshes(dataset) => dataset.labels.clone(),
         }
     }
@@ -64,10 +74,8 @@ impl Source {
     /// # Errors
     /// The settings have no text.
     pub fn fingerprint(&self, settings: &Settings) -> Result<String> {
-        match self {
-            Self::Scans => fingerprint(settings),
-            Self::Meshes(dataset) => fingerprint(&(settings, &dataset.digest)),
-        }
+        let (Self::Scans(dataset) | Self::Meshes(dataset)) = self;
+        fingerprint(&(settings, &dataset.digest))
     }
 
     /// The clouds, from the file of an earlier run with the same settings where there is one.
@@ -83,13 +91,14 @@ impl Source {
         show: &(impl Fn(Stage) + Sync),
     ) -> Result<Data> {
         match self {
-            Self::Scans => scanned(settings, metadata, output, fresh, show),
+            Self::Scans(dataset) => scanned(dataset, settings, metadata, output, fresh, show),
             Self::Meshes(dataset) => sampled(dataset, settings, metadata, output, fresh, show),
         }
     }
 }
 
 fn scanned(
+    dataset: &MeshDataset,
     settings: &Settings,
     metadata: &ModelMetadata,
     output: &Path,
@@ -98,7 +107,7 @@ fn scanned(
 ) -> Result<Data> {
     ensure!(
         !metadata.normals,
-        "normals are only made of meshes; give --dataset"
+        "only the paper's network takes normals; give --network paper"
     );
     let counts = [
         settings.specimens_per_class,
@@ -106,6 +115,7 @@ fn scanned(
     ];
     let determining = (
         settings.seed,
+        &dataset.digest,
         counts,
         settings.strangers,
         settings.point_count,
@@ -116,16 +126,33 @@ fn scanned(
     let (train, validation) = if path.is_file() && !fresh {
         read_npz(&path)?
     } else {
-        let strangers_label = metadata.labels.len() as u32;
-        let parts = [(counts[0], settings.strangers), (counts[1], counts[1])];
-        let parts = parts.map(|(each, strangers)| {
-            let mut labelled = Labelled::classes(each);
-            labelled.push(Labelled::random_solids(strangers_label, strangers));
-            labelled
-        });
+        let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+        let split = split(dataset, &settings.meshes, &mut random)?;
+        let meshes = |object: &str, training: bool| -> Vec<MeshFile> {
+            let label = dataset.labels.iter().position(|label| label == object);
+            let pairs = dataset.meshes.iter().zip(&split);
+            pairs
+                .filter(|(mesh, split)| {
+                    Some(mesh.label as usize) == label
+                        && (**split == Split::Train as u32) == training
+                })
+                .map(|(mesh, _)| mesh.clone())
+                .collect()
+        };
+        let labelled = |[each, strangers]: [usize; 2], training| -> Result<Vec<Labelled>> {
+            let mut labelled = Labelled::of(&metadata.labels, each, |o| meshes(o, training))?;
+            labelled.push(Labelled::random_solids(
+                metadata.labels.len() as u32,
+                strangers,
+            ));
+            Ok(labelled)
+        };
+        let parts = [
+            labelled([counts[0], settings.strangers], true)?,
+            labelled([counts[1], counts[1]], false)?,
+        ];
         let specimens = parts.iter().flatten().map(|labelled| labelled.count).sum();
         show(Stage::Scanning { specimens });
-        let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
         let mut part = |labelled: &[Labelled]| {
             let finished = || show(Stage::Scanned);
             simulate(

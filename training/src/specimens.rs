@@ -1,12 +1,11 @@
 //! The objects that clouds are made of, one by one.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
-use sim_objects::{Mesh, ObjectClass, Stranger, Variation, file, random_solid};
+use sim_objects::{Mesh, ObjectClass, Stranger, Variation, random_solid};
 
+use crate::mesh_dataset::MeshFile;
 use crate::scan_parameters::ScanParameters;
 
 /// Where the specimens of one label come from.
@@ -14,8 +13,8 @@ use crate::scan_parameters::ScanParameters;
 pub enum Specimens {
     /// One of the repository's own objects, dented anew each time.
     Class(ObjectClass),
-    /// Mesh files (mm, +z up) of objects that are dented already; one of them each time.
-    Meshes(Vec<PathBuf>),
+    /// Meshes of a dataset, +z up, which are dented already; one of them each time.
+    Meshes(Vec<MeshFile>),
     /// An object that is none of the classes.
     Stranger(Stranger),
     /// Solids of any form that are none of the eight objects.
@@ -34,18 +33,29 @@ pub struct Labelled {
 }
 
 impl Labelled {
-    /// As many specimens of each of the repository's own objects.
-    pub fn classes(count: usize) -> Vec<Self> {
-        let labelled = |(label, class): (usize, ObjectClass)| Self {
-            label: label as u32,
-            specimens: Specimens::Class(class),
-            count,
+    /// As many specimens of each label: meshes where there are any of that name, else the repository's own object.
+    ///
+    /// # Errors
+    /// A label that is neither.
+    pub fn of(
+        labels: &[String],
+        count: usize,
+        meshes: impl Fn(&str) -> Vec<MeshFile>,
+    ) -> Result<Vec<Self>> {
+        let labelled = |(label, name): (usize, &String)| {
+            let meshes = meshes(name);
+            let specimens = if meshes.is_empty() {
+                Specimens::Class(name.parse()?)
+            } else {
+                Specimens::Meshes(meshes)
+            };
+            Ok(Self {
+                label: label as u32,
+                specimens,
+                count,
+            })
         };
-        ObjectClass::ALL
-            .into_iter()
-            .enumerate()
-            .map(labelled)
-            .collect()
+        labels.iter().enumerate().map(labelled).collect()
     }
 
     /// So many random solids; `label` is the number of classes.
@@ -90,15 +100,9 @@ impl Specimens {
                     random.random(),
                 )?)
             }
-            Self::Meshes(paths) => {
-                let path = paths.choose(random).context("there are no meshes")?;
-                let scan = file::read(path, file::MILLIMETRE)?;
-                ensure!(
-                    !scan.is_cloud(),
-                    "{} has no faces; make meshes with generate_dataset",
-                    path.display()
-                );
-                Ok(scan.mesh().stood_up())
+            Self::Meshes(meshes) => {
+                let mesh = meshes.choose(random).context("there are no meshes")?;
+                Ok(mesh.read()?.stood_up())
             }
             Self::Stranger(stranger) => Ok(stranger.mesh()),
             Self::RandomSolids => Ok(random_solid(random)),

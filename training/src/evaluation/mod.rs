@@ -5,7 +5,7 @@ mod test;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, bail};
 use classifier::Model;
 use serde::Serialize;
 
@@ -13,6 +13,7 @@ pub use known::Known;
 pub use test::Test;
 
 use crate::dataset::simulate;
+use crate::mesh_dataset::{MeshDataset, MeshFile};
 use crate::samples::Samples;
 use crate::scan_parameters::ScanParameters;
 use crate::specimens::{Labelled, Specimens};
@@ -113,54 +114,34 @@ fn answers(model: &mut Model, samples: &Samples) -> Result<Vec<classifier::Outpu
 
 /// The repository's own objects that the model knows.
 fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
-    Labelled::classes(count)
-        .into_iter()
-        .filter_map(|labelled| {
-            let Specimens::Class(class) = labelled.specimens else {
-                return None;
-            };
-            let label = labels.iter().position(|label| label == class.name())? as u32;
-            Some(Labelled { label, ..labelled })
+    let known = labels.iter().enumerate().filter_map(|(label, name)| {
+        let class = name.parse().ok()?;
+        Some(Labelled {
+            label: label as u32,
+            specimens: Specimens::Class(class),
+            count,
         })
-        .collect()
+    });
+    known.collect()
 }
 
 /// The objects of a dataset's folder; each must be one of the labels.
 fn dataset_classes(folder: &Path, labels: &[String], count: usize) -> Result<Vec<Labelled>> {
-    let mut classes = Vec::new();
-    for (object, meshes) in dataset_meshes(folder)? {
-        let label = labels.iter().position(|label| *label == object);
-        let label = label.with_context(|| {
-            format!(
-                "{}: the model does not know '{object}', only {}",
-                folder.display(),
-                labels.join(", ")
-            )
-        })?;
-        classes.push(Labelled {
-            label: label as u32,
-            specimens: Specimens::Meshes(meshes),
-            count,
-        });
+    let dataset = MeshDataset::open(&[folder.to_path_buf()])?;
+    let unknown = dataset.labels.iter().find(|name| !labels.contains(name));
+    if let Some(name) = unknown {
+        let (folder, known) = (folder.display(), labels.join(", "));
+        bail!("{folder} holds {name}, which the model does not know; it knows {known}");
+    }
+    let mut classes = Labelled::of(&dataset.labels, count, |object| {
+        let of_object = |mesh: &&MeshFile| dataset.labels[mesh.label as usize] == object;
+        dataset.meshes.iter().filter(of_object).cloned().collect()
+    })?;
+    for class in &mut classes {
+        let name = &dataset.labels[class.label as usize];
+        class.label = labels.iter().position(|label| label == name).unwrap_or(0) as u32;
     }
     Ok(classes)
-}
-
-/// Mesh files by object.
-fn dataset_meshes(folder: &Path) -> Result<std::collections::BTreeMap<String, Vec<PathBuf>>> {
-    let mut meshes = std::collections::BTreeMap::<String, Vec<PathBuf>>::new();
-    for object in std::fs::read_dir(folder)? {
-        let object = object?;
-        if object.file_type()?.is_dir() {
-            let mut paths: Vec<PathBuf> = std::fs::read_dir(object.path())?
-                .map(|e| Ok(e?.path()))
-                .collect::<Result<_>>()?;
-            paths.sort();
-            meshes.insert(object.file_name().to_string_lossy().into_owned(), paths);
-        }
-    }
-    ensure!(!meshes.is_empty(), "{} lists no meshes", folder.display());
-    Ok(meshes)
 }
 
 impl Evaluation {

@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 
 pub use linear::Linear;
 pub use paper::{Paper, PaperArchitecture};
-pub use robot::{Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, Robot};
+pub use robot::{
+    Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, Robot, SQUARE_MIN, WAVELENGTHS,
+    wave_numbers,
+};
 
 /// Which network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]

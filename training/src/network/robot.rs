@@ -13,10 +13,13 @@ use super::linear::Linear;
 use crate::fused::pool;
 
 /// Name and version of this network, stored in each model file.
-pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-products-1";
+pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-waves-1";
 
-/// Values of a point that the second pair of shared layers sees.
-pub const POINT_INPUTS: usize = 12;
+/// Values of a point that the shared layers see.
+pub const POINT_INPUTS: usize = 12 + 4 * WAVELENGTHS.len();
+/// Wavelengths, in scaled units (a unit is 40 mm), in which the distances of a point from the origin and from the up axis
+/// are also given: a millimetre of radius is then as plain as a centimetre (Tancik et al. 2020).
+pub const WAVELENGTHS: [f32; 3] = [0.4, 0.8, 1.6];
 /// Factor of the coordinates before they are multiplied, so that an object's squares are about 1, too.
 pub const PRODUCT_SCALE: f64 = 2.5;
 
@@ -131,13 +134,50 @@ fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
     pool(&features.reshape((batch, count, ()))?)
 }
 
-/// A point's coordinates, their squares and products, and the coordinates times the squared distance from the origin:
-/// [B, N, 3] to [B, N, 12]. A ball's radius is in the means of these; from coordinates alone it takes more features
-/// than fit into the model.
+/// A point's coordinates, their squares and products, the coordinates times the squared distance from the origin, and sine
+/// and cosine of its distances: [B, N, 3] to [B, N, POINT_INPUTS]. A ball's radius is in the means of these; from
+/// coordinates alone it takes more features than fit into the model.
 fn with_products(points: &Tensor) -> Result<Tensor> {
     let points = (points * PRODUCT_SCALE)?;
     let squares = points.sqr()?;
     let rolled = Tensor::cat(&[points.narrow(2, 1, 2)?, points.narrow(2, 0, 1)?], 2)?;
-    let cubes = points.broadcast_mul(&squares.sum_keepdim(2)?)?;
-    Tensor::cat(&[&points, &squares, &(&points * rolled)?, &cubes], 2)
+    let squared_norm = squares.sum_keepdim(2)?;
+    let cubes = points.broadcast_mul(&squared_norm)?;
+    let across = squares.narrow(2, 0, 2)?.sum_keepdim(2)?;
+    let distances = (Tensor::cat(&[squared_norm, across], 2)? + SQUARE_MIN)?.sqrt()?;
+    let (sines, cosines) = waves(&distances)?;
+    Tensor::cat(
+        &[
+            &points,
+            &squares,
+            &(&points * rolled)?,
+            &cubes,
+            &sines,
+            &cosines,
+        ],
+        2,
+    )
+}
+
+/// Added to squared distances, so that their roots have a slope at 0, too.
+pub const SQUARE_MIN: f64 = 1e-4;
+
+/// Phases of [.., 2] distances, [2, 2 W]: each distance in each wavelength.
+pub fn wave_numbers() -> [f32; 4 * WAVELENGTHS.len()] {
+    let mut numbers = [0.0; 4 * WAVELENGTHS.len()];
+    for (index, wavelength) in WAVELENGTHS.iter().enumerate() {
+        let number = std::f32::consts::TAU / wavelength;
+        numbers[index] = number;
+        numbers[3 * WAVELENGTHS.len() + index] = number;
+    }
+    numbers
+}
+
+fn waves(distances: &Tensor) -> Result<(Tensor, Tensor)> {
+    let (batch, count, _) = distances.dims3()?;
+    let numbers = wave_numbers();
+    let numbers = Tensor::from_slice(&numbers, (2, numbers.len() / 2), distances.device())?;
+    let phases = distances.reshape((batch * count, 2))?.matmul(&numbers)?;
+    let phases = phases.reshape((batch, count, ()))?;
+    Ok((phases.sin()?, phases.cos()?))
 }
