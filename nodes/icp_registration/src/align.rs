@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 
+use crate::observability::Certainty;
+
 /// Where a view came to lie.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Alignment {
@@ -10,6 +12,8 @@ pub(crate) struct Alignment {
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
     pub(crate) degenerate_directions: usize,
+    /// Of a start by kinematics only.
+    pub(crate) certainty: Option<Certainty>,
 }
 
 /// How well it lies there.

@@ -22,7 +22,8 @@ pub struct ViewEvidence {
     pub inliers: usize,
     /// Steps taken.
     pub iterations: usize,
-    /// How far registration moved, or would have moved, the view's middle from the start, m.
+    /// How far registration moved, or would have moved, the view's middle from the start, m. The start is what kinematics
+    /// say, with what the views before said of the camera mount.
     pub correction_m: f64,
     /// How far it turned the view, or would have, rad.
     pub correction_rad: f64,

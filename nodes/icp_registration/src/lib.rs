@@ -12,6 +12,7 @@ mod error;
 mod evidence;
 mod matching;
 mod model;
+mod mount;
 mod observability;
 mod parameters;
 mod point_to_plane;

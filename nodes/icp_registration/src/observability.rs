@@ -35,6 +35,22 @@ impl Twists {
         let about_centre = self.centre - rotation * self.centre;
         Isometry3::from_parts(Translation3::from(about_centre + shift), rotation)
     }
+
+    /// The six amounts of a motion, m: what [`Twists::motion`] undoes.
+    pub(crate) fn amounts(&self, motion: &Isometry3<f64>) -> Vector6<f64> {
+        let turn = motion.rotation.scaled_axis() * self.radius_m;
+        let shift = motion * self.centre - self.centre;
+        Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
+    }
+}
+
+/// How exactly a view's place is known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Certainty {
+    /// The six motions that `information` speaks of.
+    pub(crate) twists: Twists,
+    /// Mean of `effect · effectᵀ` over the surface, nothing along directions that are not determined.
+    pub(crate) information: Matrix6<f64>,
 }
 
 /// Which combinations of the six motions may be corrected.
@@ -68,6 +84,11 @@ impl Freedom {
             determined,
             degenerate_directions,
         }
+    }
+
+    /// What is left of information along determined directions.
+    pub(crate) fn determined(&self, information: &Matrix6<f64>) -> Matrix6<f64> {
+        self.determined * information * self.determined
     }
 
     /// The least-squares solution of `information · x = pull` among amounts along determined directions only.

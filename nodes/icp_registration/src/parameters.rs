@@ -71,7 +71,7 @@ impl Default for Parameters {
             degenerate_below: 0.02,
             rigid_above_m: 0.0,
             rigid_radius_m: 0.15,
-            identity_max_correspondence_m: 0.02,
+            identity_max_correspondence_m: 0.01,
             identity_max_iterations: 1000,
             identity_relative_stop: 1e-6,
         }

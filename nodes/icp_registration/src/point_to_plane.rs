@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use crate::align::{Alignment, Fit, Placed};
 use crate::matching::Matcher;
 use crate::model::Searchable;
-use crate::observability::{Freedom, Twists};
+use crate::observability::{Certainty, Freedom, Twists};
 use crate::parameters::Parameters;
 
 /// Point to plane from where the view is, along determined motions only (Zhang, Kaess and Singh 2016 call it solution
@@ -38,13 +38,17 @@ pub(crate) fn correct(
         fit = equations.gather(points, &motion, &surface, &mut matcher);
         converged = amounts.norm() < STILL_M;
     }
-    let degenerate_directions = freedom.degenerate_directions;
+    let information = freedom.determined(&equations.mean_information()?);
     Some(Alignment {
         motion,
         fit,
         iterations,
         converged,
-        degenerate_directions,
+        degenerate_directions: freedom.degenerate_directions,
+        certainty: Some(Certainty {
+            twists,
+            information,
+        }),
     })
 }
 

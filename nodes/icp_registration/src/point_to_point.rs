@@ -104,6 +104,7 @@ impl<'a> Search<'a> {
                     iterations,
                     converged,
                     degenerate_directions: 0,
+                    certainty: None,
                 });
             }
             if let Some(farther) = steps.draw_out(&before.0, &motion, &self.centre) {

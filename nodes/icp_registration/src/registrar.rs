@@ -9,6 +9,8 @@ use crate::align::Alignment;
 use crate::error::{RegisterError, RegistrationError};
 use crate::evidence::{StopReason, ViewEvidence};
 use crate::model::Model;
+use crate::mount::MountError;
+use crate::observability::Certainty;
 use crate::parameters::{InitialGuess, Parameters};
 use crate::{point_to_plane, point_to_point};
 
@@ -17,6 +19,7 @@ use crate::{point_to_plane, point_to_point};
 pub struct Registrar {
     parameters: Parameters,
     model: Model,
+    mount: MountError,
     in_hand_frame: bool,
 }
 
@@ -31,6 +34,7 @@ impl Registrar {
         Ok(Self {
             parameters,
             model,
+            mount: MountError::default(),
             in_hand_frame: false,
         })
     }
@@ -41,6 +45,7 @@ impl Registrar {
         if let Ok(model) = Model::new(self.parameters.voxel_m as f32) {
             self.model = model;
         }
+        self.mount = MountError::default();
         self.in_hand_frame = false;
     }
 
@@ -53,18 +58,22 @@ impl Registrar {
         hand_from_camera: Option<Isometry3<f64>>,
     ) -> Result<ViewEvidence, RegistrationError> {
         check_points(points, self.parameters.min_points)?;
-        let start = self.start_pose(hand_from_camera)?;
-        let in_hand_frame = start.is_some();
-        let start = start.unwrap_or_else(Isometry3::identity);
+        let kinematic = self.start_pose(hand_from_camera)?;
+        let in_hand_frame = kinematic.is_some();
+        let start = kinematic.map_or_else(Isometry3::identity, |pose| self.mount.start(&pose));
         if self.model.is_empty() {
             self.extend(points, &start)?;
             self.in_hand_frame = in_hand_frame;
+            kinematic.iter().for_each(|pose| self.mount.begin(pose));
             return Ok(ViewEvidence::first_view(start, points.len()));
         }
-        let evidence = self.align(points, start)?;
+        let (evidence, certainty) = self.align(points, start)?;
         // Without kinematics a refused view has no place in the cloud.
         if evidence.accepted || in_hand_frame {
             self.extend(points, &evidence.transform)?;
+        }
+        if let (true, Some(pose), Some(certainty)) = (evidence.accepted, kinematic, certainty) {
+            self.mount.learn(&pose, &evidence.transform, certainty);
         }
         Ok(evidence)
     }
@@ -119,10 +128,10 @@ impl Registrar {
         &self,
         points: &[Point3<f32>],
         start: Isometry3<f64>,
-    ) -> Result<ViewEvidence, RegistrationError> {
+    ) -> Result<(ViewEvidence, Option<Certainty>), RegistrationError> {
         let sample = self.sample(points, &start)?;
         let Some(model) = self.model.searchable() else {
-            return Ok(ViewEvidence::unmatched(start));
+            return Ok((ViewEvidence::unmatched(start), None));
         };
         let alignment = if self.in_hand_frame {
             let normals = self
@@ -133,10 +142,13 @@ impl Registrar {
         } else {
             point_to_point::align(&sample, &model, &self.parameters)
         };
-        Ok(alignment.map_or_else(
-            || ViewEvidence::unmatched(start),
-            |alignment| self.judge(&sample, start, &alignment),
-        ))
+        Ok(match alignment {
+            None => (ViewEvidence::unmatched(start), None),
+            Some(alignment) => {
+                let evidence = self.judge(&sample, start, &alignment);
+                (evidence, alignment.certainty)
+            }
+        })
     }
 
     /// The view's points that are matched, where the start pose puts them.

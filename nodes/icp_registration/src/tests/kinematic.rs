@@ -99,7 +99,7 @@ fn a_tube_keeps_how_it_was_turned_and_is_corrected_otherwise() {
 }
 
 #[test]
-fn a_correction_beyond_its_bounds_is_refused_and_the_kinematics_are_kept() {
+fn a_correction_beyond_its_bounds_is_refused_and_the_start_is_kept() {
     let mut random = scene::random(34);
     let block = scene::block(&mut random, 15_000);
     let error = about_object(Vector3::new(0.006, 0.004, 0.0), Vector3::zeros());
@@ -113,7 +113,10 @@ fn a_correction_beyond_its_bounds_is_refused_and_the_kinematics_are_kept() {
         "{}",
         evidence.reason
     );
-    assert_eq!(evidence.transform, error * hand_from_camera(0.6));
+    // But for what the two views before, with their noise, said of the mount.
+    let off = evidence.transform * (error * hand_from_camera(0.6)).inverse();
+    let place = nalgebra::Point3::new(0.0, 0.0, 0.1877);
+    assert!((off * place - place).norm() < 0.001 && off.rotation.angle() < 0.01);
     assert_eq!(evidence.stop_reason, StopReason::Refused);
 
     let error = about_object(Vector3::zeros(), Vector3::new(0.0, 0.0, 0.06));
@@ -127,6 +130,40 @@ fn a_correction_beyond_its_bounds_is_refused_and_the_kinematics_are_kept() {
         "{}",
         evidence.reason
     );
+}
+
+/// Wrong by 7 mm and 1.4° in the camera's frame, as a mount measured by hand may be, each view is farther from the first by
+/// kinematics, and soon farther than any correction may go.
+#[test]
+fn an_error_of_the_mount_is_carried_from_view_to_view() {
+    let mut random = scene::random(36);
+    let block = scene::block(&mut random, 15_000);
+    let mount = Isometry3::new(
+        Vector3::new(0.006, 0.0, 0.004),
+        Vector3::new(0.0, 0.025, 0.0),
+    );
+    let mut registrar = Registrar::new(Parameters::default()).unwrap();
+    let (mut farthest_m, mut remaining) = (0.0, 1.0);
+    let first_from_actual = |pose: &Isometry3<f64>| {
+        hand_from_camera(-1.2) * mount * hand_from_camera(-1.2).inverse() * pose
+    };
+    for wrist_rad in [-1.2, -0.6, 0.0, 0.6, 1.2] {
+        let truth = hand_from_camera(wrist_rad);
+        let view = scene::view(&mut random, &block, &truth, NOISE_M);
+        let evidence = registrar.add_view(&view, Some(truth * mount)).unwrap();
+        let off_m = distance_m(&evidence.transform, &first_from_actual(&truth), &view);
+        let kinematics_m = distance_m(&(truth * mount), &first_from_actual(&truth), &view);
+        println!(
+            "{wrist_rad}: off by {:.2} mm, kinematics by {:.1} mm",
+            1e3 * off_m,
+            1e3 * kinematics_m
+        );
+        assert!(evidence.accepted, "{evidence:?}");
+        remaining = off_m / kinematics_m;
+        farthest_m = kinematics_m;
+    }
+    assert!(farthest_m > 1.3 * Parameters::default().max_correction_m);
+    assert!(remaining < 0.4, "{remaining}");
 }
 
 #[test]

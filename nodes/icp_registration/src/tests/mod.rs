@@ -4,4 +4,4 @@ mod identity;
 mod kinematic;
 mod real;
 mod refusals;
-mod scene;
+pub(crate) mod scene;
