@@ -25,9 +25,9 @@ use training::trainer::EpochReport;
     after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
 )]
 struct Arguments {
-    /// Where the model goes
-    #[arg(long, default_value = "config/model.onnx", value_name = "ONNX")]
-    model: PathBuf,
+    /// Where the model goes; by default config/model.onnx, or model.onnx in --output for the paper's network
+    #[arg(long, value_name = "ONNX")]
+    model: Option<PathBuf>,
     /// Where datasets and runs go
     #[arg(long, default_value = "target/training", value_name = "FOLDER")]
     output: PathBuf,
@@ -76,6 +76,15 @@ fn parse_centring(text: &str) -> Result<Centring, String> {
 }
 
 impl Arguments {
+    /// What is shipped is not replaced by a network of another kind.
+    fn model(&self) -> PathBuf {
+        let by_network = || match self.network {
+            NetworkKind::Robot => PathBuf::from("config/model.onnx"),
+            NetworkKind::Paper => self.output.join("model.onnx"),
+        };
+        self.model.clone().unwrap_or_else(by_network)
+    }
+
     fn settings(&self) -> Settings {
         let mut settings = match self.network {
             NetworkKind::Robot => Settings::default(),
@@ -108,7 +117,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         settings: arguments.settings(),
         datasets: arguments.datasets.clone(),
         output: arguments.output.clone(),
-        model: arguments.model.clone(),
+        model: arguments.model(),
         fresh: arguments.fresh,
     };
     let results = run::run(&order, |stage| show(&bar, stage))?;

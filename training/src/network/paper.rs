@@ -108,6 +108,5 @@ impl Paper {
 
 /// The largest of each feature over the points: [B, N, C] to [B, F].
 fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
-    // The largest of rectified values is the rectified largest.
-    shared_max(clouds, &layers[0].packed()?, &layers[1].packed()?)?.relu()
+    shared_max(clouds, &layers[0].packed()?, &layers[1].packed()?)
 }
