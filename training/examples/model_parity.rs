@@ -1,0 +1,24 @@
+//! Writes models of random networks, clouds, and what the training framework answers to them, for tests/peers/model.
+
+#[path = "../tests/common/networks.rs"]
+mod networks;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use candle_core::Tensor;
+use networks::{answers, examples, inputs};
+use training::export::write_model;
+
+fn main() -> Result<()> {
+    let folder = std::env::args_os().nth(1).map(PathBuf::from);
+    let folder = folder.context("name a folder")?;
+    for (name, network, metadata) in examples()? {
+        write_model(&folder.join(format!("{name}.onnx")), &network, &metadata)?;
+        let points = inputs(&metadata)?;
+        let expected = answers(&network, &points)?;
+        let arrays = [("points", points), ("log_probabilities", expected)];
+        Tensor::write_npz(&arrays, folder.join(format!("{name}.npz")))?;
+    }
+    Ok(())
+}
