@@ -13,6 +13,7 @@ pub mod mesh_dataset;
 pub mod metrics;
 pub mod network;
 pub mod optimizer;
+pub mod product;
 pub mod report;
 pub mod run;
 pub mod samples;

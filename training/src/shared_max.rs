@@ -5,10 +5,10 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use candle_core::backend::BackendStorage;
 use candle_core::{CpuStorage, CustomOp3, Layout, Result, Shape, Tensor, bail};
 
 use crate::fused::{relu, values, with_values};
+use crate::product::multiply;
 
 /// max over the points of relu(relu(x · w₁ + b₁) · w₂ + b₂): `x` [B, N, C], `first` [C + 1, H], `second` [H + 1, F], each
 /// with its bias in the last row; result [B, F].
@@ -19,6 +19,9 @@ pub fn shared_max(x: &Tensor, first: &Tensor, second: &Tensor) -> Result<Tensor>
     let (points, first, second) = (x.contiguous()?, first.contiguous()?, second.contiguous()?);
     points.apply_op3(&first, &second, SharedMax::default())
 }
+
+/// Points that are multiplied at once: their results stay in the cache until the largest are found.
+const ROWS_AT_ONCE: usize = 64;
 
 #[derive(Default)]
 struct SharedMax {
@@ -61,9 +64,7 @@ impl CustomOp3 for SharedMax {
         let sizes = sizes(x_l.shape(), first_l.shape(), second_l.shape())?;
         let [batch, count, _, width, features] = sizes;
         let hidden = hidden_layer(values(x, x_l)?, values(first, first_l)?, sizes);
-        let hidden = CpuStorage::F32(hidden);
-        let weights_l = second_l.narrow(0, 0, width)?;
-        let biases = &values(second, second_l)?[width * features..];
+        let (weights, biases) = values(second, second_l)?.split_at(width * features);
         let mut maxima = vec![f32::NEG_INFINITY; batch * features];
         let mut winners = vec![0; batch * features];
         let of_clouds = maxima.chunks_exact_mut(features);
@@ -71,23 +72,17 @@ impl CustomOp3 for SharedMax {
             .zip(winners.chunks_exact_mut(features))
             .enumerate()
         {
-            for start in (0..count).step_by(rows_at_once(width, features)) {
-                let rows = rows_at_once(width, features).min(count - start);
-                let offset = (cloud * count + start) * width;
-                let rows_l = Layout::contiguous_with_offset((rows, width), offset);
-                let shape = (1, rows, features, width);
-                let outputs = hidden.matmul(second, shape, &rows_l, &weights_l)?;
-                let outputs_l = Layout::contiguous((rows, features));
-                raise(maxima, winners, values(&outputs, &outputs_l)?, start);
+            let of_cloud = &hidden[cloud * count * width..(cloud + 1) * count * width];
+            for (part, rows) in of_cloud.chunks(ROWS_AT_ONCE * width).enumerate() {
+                let outputs = multiply(rows, weights, [rows.len() / width, width, features]);
+                raise(maxima, winners, outputs.as_slice(), part * ROWS_AT_ONCE);
             }
             maxima
                 .iter_mut()
                 .zip(biases)
                 .for_each(|(best, bias)| *best = relu(*best + bias));
         }
-        if let CpuStorage::F32(hidden) = hidden {
-            *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Kept { hidden, winners };
-        }
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Kept { hidden, winners };
         Ok((CpuStorage::F32(maxima), Shape::from((batch, features))))
     }
 
@@ -138,12 +133,6 @@ fn hidden_layer(x: &[f32], layer: &[f32], [.., columns, width, _]: [usize; 5]) -
         row.iter_mut().for_each(|value| *value = relu(*value));
     }
     hidden
-}
-
-/// Points that are multiplied at once. From 48³ products on gemm would spread over threads, which are busy with other
-/// clouds; and so few results stay in the cache until the largest are found.
-fn rows_at_once(width: usize, features: usize) -> usize {
-    (48 * 48 * 48 / (width * features)).max(1)
 }
 
 /// Raises each feature's maximum where one of these points, numbered from `start`, exceeds it.
