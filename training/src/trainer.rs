@@ -48,7 +48,7 @@ impl Default for TrainingParameters {
 }
 
 /// What one epoch achieved.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
     /// From 1.
     pub epoch: usize,
