@@ -46,11 +46,13 @@ bench: build
 	$(PYTHON) tests/peers/arap
 	$(PYTHON) tests/peers/reconstruct
 	$(PYTHON) tests/peers/dataset
+	$(PYTHON) tests/peers/model
+	$(PYTHON) tests/peers/training
 
 lint:
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,reconstruct}
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,model,reconstruct,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

@@ -1,9 +1,9 @@
 //! How often a classifier is right, and what it confuses.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Counts of true against predicted classes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Confusion {
     /// Class names, in the order of rows and columns.
     pub labels: Vec<String>,

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use classifier::ModelMetadata;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::batch::Clouds;
 use crate::calibration::{
@@ -37,7 +37,7 @@ pub struct Order {
 }
 
 /// What a run achieved.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Results {
     /// Made from the settings, so that the same run has the same name.
     pub run_id: String,
@@ -66,7 +66,7 @@ pub struct Results {
 }
 
 /// How the network does on clouds that had no part in training.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Test {
     /// How many.
     pub clouds: usize,
@@ -129,7 +129,7 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     let settings = &order.settings;
     settings.validate()?;
     let source = Source::open(settings.network, &order.datasets)?;
-    let run_id = format!("{}-{}", settings.seed, source.fingerprint(settings)?);
+    let run_id = run_id(settings, &source)?;
     let folder = order.output.join(&run_id);
     let mut metadata = preprocessing(settings.point_count, settings.centring()?);
     metadata.labels = source.labels();
@@ -170,6 +170,18 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     write_record(&folder.join("run.yaml"), order, &results)?;
     checkpoint.remove()?;
     Ok(results)
+}
+
+/// The name of a run with these settings on this data.
+///
+/// # Errors
+/// The settings have no text.
+pub fn run_id(settings: &Settings, source: &Source) -> Result<String> {
+    Ok(format!(
+        "{}-{}",
+        settings.seed,
+        source.fingerprint(settings)?
+    ))
 }
 
 fn network(settings: &Settings, classes: usize) -> Result<Network> {

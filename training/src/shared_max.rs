@@ -1,16 +1,16 @@
-//! Two layers that all points share, and the largest of each feature over the points, as one operation.
+//! Two rectified layers that all points share, and the largest of each feature over the points, as one operation.
 //!
 //! Only the point that holds a feature's maximum passes a gradient on. So the way back visits F winners of each cloud
 //! instead of N × F values, and costs a small part of the way forward. CPU only.
 
 use std::sync::{Mutex, PoisonError};
 
-use candle_core::backend::BackendStorage;
 use candle_core::{CpuStorage, CustomOp3, Layout, Result, Shape, Tensor, bail};
 
 use crate::fused::{relu, values, with_values};
+use crate::product::multiply;
 
-/// max over the points of (relu(x · w₁ + b₁) · w₂ + b₂): `x` [B, N, C], `first` [C + 1, H], `second` [H + 1, F], each
+/// max over the points of relu(relu(x · w₁ + b₁) · w₂ + b₂): `x` [B, N, C], `first` [C + 1, H], `second` [H + 1, F], each
 /// with its bias in the last row; result [B, F].
 ///
 /// # Errors
@@ -19,6 +19,9 @@ pub fn shared_max(x: &Tensor, first: &Tensor, second: &Tensor) -> Result<Tensor>
     let (points, first, second) = (x.contiguous()?, first.contiguous()?, second.contiguous()?);
     points.apply_op3(&first, &second, SharedMax::default())
 }
+
+/// Points that are multiplied at once: their results stay in the cache until the largest are found.
+const ROWS_AT_ONCE: usize = 64;
 
 #[derive(Default)]
 struct SharedMax {
@@ -61,17 +64,25 @@ impl CustomOp3 for SharedMax {
         let sizes = sizes(x_l.shape(), first_l.shape(), second_l.shape())?;
         let [batch, count, _, width, features] = sizes;
         let hidden = hidden_layer(values(x, x_l)?, values(first, first_l)?, sizes);
-        let hidden_l = Layout::contiguous((batch * count, width));
-        let weights_l = second_l.narrow(0, 0, width)?;
-        let hidden = CpuStorage::F32(hidden);
-        let shape = (1, batch * count, features, width);
-        let outputs = hidden.matmul(second, shape, &hidden_l, &weights_l)?;
-        let biases = &values(second, second_l)?[width * features..];
-        let outputs_l = Layout::contiguous((batch * count, features));
-        let (maxima, winners) = largest(values(&outputs, &outputs_l)?, biases, count);
-        if let CpuStorage::F32(hidden) = hidden {
-            *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Kept { hidden, winners };
+        let (weights, biases) = values(second, second_l)?.split_at(width * features);
+        let mut maxima = vec![f32::NEG_INFINITY; batch * features];
+        let mut winners = vec![0; batch * features];
+        let of_clouds = maxima.chunks_exact_mut(features);
+        for (cloud, (maxima, winners)) in of_clouds
+            .zip(winners.chunks_exact_mut(features))
+            .enumerate()
+        {
+            let of_cloud = &hidden[cloud * count * width..(cloud + 1) * count * width];
+            for (part, rows) in of_cloud.chunks(ROWS_AT_ONCE * width).enumerate() {
+                let outputs = multiply(rows, weights, [rows.len() / width, width, features]);
+                raise(maxima, winners, outputs.as_slice(), part * ROWS_AT_ONCE);
+            }
+            maxima
+                .iter_mut()
+                .zip(biases)
+                .for_each(|(best, bias)| *best = relu(*best + bias));
         }
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = Kept { hidden, winners };
         Ok((CpuStorage::F32(maxima), Shape::from((batch, features))))
     }
 
@@ -80,17 +91,19 @@ impl CustomOp3 for SharedMax {
         x: &Tensor,
         first: &Tensor,
         second: &Tensor,
-        _: &Tensor,
+        result: &Tensor,
         grad: &Tensor,
     ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
         let sizes = sizes(x.shape(), first.shape(), second.shape())?;
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        // What was cut off at zero passes nothing.
+        let grad = (result.gt(0.0)?.to_dtype(grad.dtype())? * grad)?;
         // Rows of the transposed weights are what one feature needs.
         let second_t = second.t()?;
         let [x_grad, first_grad, second_t_grad] = with_values(x, |x| {
             with_values(first, |first| {
                 with_values(&second_t, |second_t| {
-                    with_values(grad, |grad| {
+                    with_values(&grad, |grad| {
                         Ok(backward([x, first, second_t, grad], &kept, sizes))
                     })
                 })
@@ -122,28 +135,21 @@ fn hidden_layer(x: &[f32], layer: &[f32], [.., columns, width, _]: [usize; 5]) -
     hidden
 }
 
-/// The largest of each feature over the points of each cloud, plus its bias, and which point has it; of several the
-/// first.
-fn largest(outputs: &[f32], biases: &[f32], count: usize) -> (Vec<f32>, Vec<u32>) {
-    let width = biases.len();
-    let clouds = outputs.chunks_exact(count * width);
-    let (mut maxima, mut winners) = (Vec::new(), Vec::new());
-    for cloud in clouds {
-        let start = maxima.len();
-        maxima.extend_from_slice(&cloud[..width]);
-        winners.resize(start + width, 0);
-        let (best, winner) = (&mut maxima[start..], &mut winners[start..]);
-        for (index, point) in cloud.chunks_exact(width).enumerate().skip(1) {
-            for ((&value, best), winner) in point.iter().zip(&mut *best).zip(&mut *winner) {
-                // Written so that a NaN stays, which tells that training went wrong.
-                let stays = value <= *best || best.is_nan();
-                *best = if stays { *best } else { value };
-                *winner = if stays { *winner } else { index as u32 };
-            }
+/// Raises each feature's maximum where one of these points, numbered from `start`, exceeds it.
+fn raise(maxima: &mut [f32], winners: &mut [u32], outputs: &[f32], start: usize) {
+    for (index, point) in outputs.chunks_exact(maxima.len()).enumerate() {
+        let best = maxima.iter_mut().zip(winners.iter_mut());
+        for (&value, (best, winner)) in point.iter().zip(best) {
+            // Written so that a NaN stays, which tells that training went wrong.
+            let stays = value <= *best || best.is_nan();
+            *best = if stays { *best } else { value };
+            *winner = if stays {
+                *winner
+            } else {
+                (start + index) as u32
+            };
         }
-        best.iter_mut().zip(biases).for_each(|(best, b)| *best += b);
     }
-    (maxima, winners)
 }
 
 /// Gradients of the points, the first layer and the second layer, transposed.
@@ -165,7 +171,6 @@ fn backward(
         let rows = second_t.chunks_exact(width + 1);
         let rows = rows.zip(second_t_grad.chunks_exact_mut(width + 1));
         for ((&grad, &winner), (weights, weights_grad)) in grads.zip(rows) {
-            // Of rectified features many pass nothing.
             if grad == 0.0 {
                 continue;
             }
@@ -251,9 +256,8 @@ mod tests {
             let x = Tensor::cat(&[x, &ones(x)], D::Minus1).unwrap();
             x.broadcast_matmul(layer).unwrap()
         };
-        layer(&layer(x, first).relu().unwrap(), second)
-            .max(1)
-            .unwrap()
+        let features = layer(&layer(x, first).relu().unwrap(), second);
+        features.relu().unwrap().max(1).unwrap()
     }
 
     fn largest_difference(a: &Tensor, b: &Tensor) -> f32 {

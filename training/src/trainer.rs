@@ -48,7 +48,7 @@ impl Default for TrainingParameters {
 }
 
 /// What one epoch achieved.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
     /// From 1.
     pub epoch: usize,
@@ -125,6 +125,7 @@ pub fn train(
         let mut random = epoch_random(seed, epoch);
         let learned = fit.epoch(epoch, &mut random, &mut observe)?;
         let found = evaluate(network, validation, metres_per_unit)?;
+        refuse_nan(found.loss(), epoch)?;
         let report = fit.end_epoch(report(epoch, &learned, &found))?;
         checkpoint.map_or(Ok(()), |checkpoint| checkpoint.write(&fit.state()?))?;
         observe(Event::Epoch(report))?;
@@ -214,10 +215,7 @@ impl Fit<'_> {
                 .step(&gradients, learning_rate(highest, progress))?;
             tally.add(part);
             let (loss, accuracy) = (tally.loss(), tally.accuracy());
-            ensure!(
-                loss.is_finite(),
-                "the loss is not a number any more in epoch {epoch}; lower learning_rate"
-            );
+            refuse_nan(loss, epoch)?;
             observe(Event::Step {
                 epoch,
                 loss,
@@ -226,6 +224,14 @@ impl Fit<'_> {
         }
         Ok(tally)
     }
+}
+
+fn refuse_nan(loss: f64, epoch: usize) -> Result<()> {
+    ensure!(
+        loss.is_finite(),
+        "the loss is not a number any more in epoch {epoch}; lower learning_rate"
+    );
+    Ok(())
 }
 
 /// Gradients of the mean loss of some clouds. They are worked on in parts, side by side.

@@ -1,18 +1,17 @@
 //! Makes simulated scans and trains a model on them, in one go.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use training::network::NetworkKind;
+use training::progress;
 use training::report;
-use training::run::{self, Order, Stage};
+use training::run::{self, Order};
 use training::settings::Settings;
-use training::trainer::EpochReport;
 
 /// Trains a model on simulated scans of the eight objects, or on datasets of meshes.
 ///
@@ -25,9 +24,9 @@ use training::trainer::EpochReport;
     after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
 )]
 struct Arguments {
-    /// Where the model goes
-    #[arg(long, default_value = "config/model.onnx", value_name = "ONNX")]
-    model: PathBuf,
+    /// Where the model goes; by default config/model.onnx, or model.onnx in --output for the paper's network
+    #[arg(long, value_name = "ONNX")]
+    model: Option<PathBuf>,
     /// Where datasets and runs go
     #[arg(long, default_value = "target/training", value_name = "FOLDER")]
     output: PathBuf,
@@ -76,6 +75,15 @@ fn parse_centring(text: &str) -> Result<Centring, String> {
 }
 
 impl Arguments {
+    /// What is shipped is not replaced by a network of another kind.
+    fn model(&self) -> PathBuf {
+        let by_network = || match self.network {
+            NetworkKind::Robot => PathBuf::from("config/model.onnx"),
+            NetworkKind::Paper => self.output.join("model.onnx"),
+        };
+        self.model.clone().unwrap_or_else(by_network)
+    }
+
     fn settings(&self) -> Settings {
         let mut settings = match self.network {
             NetworkKind::Robot => Settings::default(),
@@ -108,10 +116,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         settings: arguments.settings(),
         datasets: arguments.datasets.clone(),
         output: arguments.output.clone(),
-        model: arguments.model.clone(),
+        model: arguments.model(),
         fresh: arguments.fresh,
     };
-    let results = run::run(&order, |stage| show(&bar, stage))?;
+    let results = run::run(&order, |stage| progress::show(&bar, stage))?;
     bar.finish_and_clear();
     if arguments.json {
         println!("{:#}", serde_json::to_value(&results)?);
@@ -119,62 +127,4 @@ fn run(arguments: &Arguments) -> Result<()> {
         print!("{}", results.to_text());
     }
     Ok(())
-}
-
-fn show(bar: &ProgressBar, stage: Stage) {
-    match stage {
-        Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
-        Stage::Sampling { meshes } => begin(bar, meshes, "sampling meshes"),
-        Stage::Scanned => advance(bar),
-        Stage::Training { steps } => begin(bar, steps, "training"),
-        Stage::Step {
-            epoch,
-            loss,
-            accuracy,
-        } => {
-            bar.inc(1);
-            bar.set_message(format!(
-                "epoch {epoch}: loss {loss:.3}, accuracy {accuracy:.3}"
-            ));
-        }
-        Stage::Resumed { epochs, steps } => {
-            bar.set_position(steps as u64);
-            bar.suspend(|| eprintln!("going on after epoch {epochs}"));
-        }
-        Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
-    }
-}
-
-/// Without a terminal there is no bar; then a line for each tenth.
-fn advance(bar: &ProgressBar) {
-    bar.inc(1);
-    let (done, length) = (bar.position(), bar.length().unwrap_or(0));
-    if !std::io::stderr().is_terminal() && done % length.div_ceil(10).max(1) == 0 {
-        eprintln!("{done} of {length}");
-    }
-}
-
-fn begin(bar: &ProgressBar, length: usize, what: &'static str) {
-    let template = "{msg} [{bar:40}] {pos}/{len} {eta}";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar.reset();
-    bar.set_length(length as u64);
-    bar.set_message(what);
-    if !std::io::stderr().is_terminal() {
-        eprintln!("{what}: {length} steps");
-    }
-}
-
-fn epoch_line(report: &EpochReport) -> String {
-    let best = if report.best { " (best)" } else { "" };
-    format!(
-        "epoch {:3}: loss {:.4}, accuracy {:.4}; validation loss {:.4}, accuracy {:.4}{best}",
-        report.epoch,
-        report.train_loss,
-        report.train_accuracy,
-        report.validation_loss,
-        report.validation_accuracy
-    )
 }

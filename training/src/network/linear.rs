@@ -5,6 +5,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use crate::fused::bias_relu;
+use crate::product::product;
 
 /// One layer: x · weight + bias.
 #[derive(Debug, Clone)]
@@ -46,11 +47,11 @@ impl Linear {
     }
 
     pub(super) fn forward(&self, x: &Tensor) -> Result<Tensor> {
-        x.matmul(&self.weight)?.broadcast_add(&self.bias)
+        product(x, &self.weight)?.broadcast_add(&self.bias)
     }
 
     pub(super) fn forward_relu(&self, x: &Tensor) -> Result<Tensor> {
-        bias_relu(&x.matmul(&self.weight)?, &self.bias)
+        bias_relu(&product(x, &self.weight)?, &self.bias)
     }
 
     /// Weight and bias in one tensor, [inputs + 1, outputs], the bias last.

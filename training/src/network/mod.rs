@@ -101,9 +101,7 @@ impl Network {
         }
     }
 
-    /// Clouds that are best worked on at once, of `point_count` points each. Tensors then stay in a core's cache, and
-    /// are so small that candle handles each in one thread: its threads wait for each other in a busy loop, which
-    /// costs more than it gains where cores are shared.
+    /// Clouds that are best worked on at once, of `point_count` points each: their tensors stay in a core's cache.
     pub fn part_size(&self, point_count: usize) -> usize {
         const LARGEST_TENSOR: usize = 60_000;
         let width = match self {

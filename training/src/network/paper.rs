@@ -9,6 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::linear::Linear;
+use crate::product::turned;
 use crate::shared_max::shared_max;
 
 /// Name and version of this network, stored in each model file.
@@ -87,7 +88,7 @@ impl Paper {
         let summary = pooled_features(&self.transform_points, clouds)?;
         let turn = self.transform_head.forward(&summary)?;
         let turn = turn.reshape((batch, 3, 3))?;
-        let placed = clouds.narrow(2, 0, 3)?.contiguous()?.matmul(&turn)?;
+        let placed = turned(&clouds.narrow(2, 0, 3)?, &turn)?;
         let placed = match self.architecture.normals {
             true => Tensor::cat(&[placed, clouds.narrow(2, 3, 3)?], 2)?,
             false => placed,
@@ -107,6 +108,5 @@ impl Paper {
 
 /// The largest of each feature over the points: [B, N, C] to [B, F].
 fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
-    // The largest of rectified values is the rectified largest.
-    shared_max(clouds, &layers[0].packed()?, &layers[1].packed()?)?.relu()
+    shared_max(clouds, &layers[0].packed()?, &layers[1].packed()?)
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::linear::Linear;
 use crate::fused::pool;
+use crate::product::turned;
 
 /// Name and version of this network, stored in each model file.
 pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-waves-1";
@@ -111,7 +112,7 @@ impl Robot {
             .transform_shift
             .forward(&hidden)?
             .reshape((batch, 1, 3))?;
-        let placed = clouds.matmul(&turn)?.broadcast_add(&shift)?;
+        let placed = turned(clouds, &turn)?.broadcast_add(&shift)?;
         let summary = pooled_features(&self.points, &with_products(&placed)?)?;
         self.head[1].forward(&self.head[0].forward_relu(&summary)?)
     }

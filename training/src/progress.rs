@@ -1,0 +1,67 @@
+//! The progress bar of a run.
+
+use std::io::IsTerminal;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::run::Stage;
+use crate::trainer::EpochReport;
+
+/// Shows what a run is at.
+pub fn show(bar: &ProgressBar, stage: Stage) {
+    match stage {
+        Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
+        Stage::Sampling { meshes } => begin(bar, meshes, "sampling meshes"),
+        Stage::Scanned => advance(bar),
+        Stage::Training { steps } => begin(bar, steps, "training"),
+        Stage::Step {
+            epoch,
+            loss,
+            accuracy,
+        } => {
+            bar.inc(1);
+            bar.set_message(format!(
+                "epoch {epoch}: loss {loss:.3}, accuracy {accuracy:.3}"
+            ));
+        }
+        Stage::Resumed { epochs, steps } => {
+            bar.set_position(steps as u64);
+            bar.suspend(|| eprintln!("going on after epoch {epochs}"));
+        }
+        Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
+    }
+}
+
+/// Without a terminal there is no bar; then a line for each tenth.
+fn advance(bar: &ProgressBar) {
+    bar.inc(1);
+    let (done, length) = (bar.position(), bar.length().unwrap_or(0));
+    if !std::io::stderr().is_terminal() && done % length.div_ceil(10).max(1) == 0 {
+        eprintln!("{done} of {length}");
+    }
+}
+
+fn begin(bar: &ProgressBar, length: usize, what: &'static str) {
+    let template = "{msg} [{bar:40}] {pos}/{len} {eta}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.reset();
+    bar.set_length(length as u64);
+    bar.set_message(what);
+    if !std::io::stderr().is_terminal() {
+        eprintln!("{what}: {length} steps");
+    }
+}
+
+fn epoch_line(report: &EpochReport) -> String {
+    let best = if report.best { " (best)" } else { "" };
+    format!(
+        "epoch {:3}: loss {:.4}, accuracy {:.4}; validation loss {:.4}, accuracy {:.4}{best}",
+        report.epoch,
+        report.train_loss,
+        report.train_accuracy,
+        report.validation_loss,
+        report.validation_accuracy
+    )
+}
