@@ -2,7 +2,7 @@
 # make test                    all tests but those of a cluster
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make build                   programs in target/release, ROS package in target/catkin/devel
-# make bench                   how fast, how often right
+# make bench                   how fast, how often right; plots in target/bench
 # make lint                    formatting, warnings, spelling
 # make setup                   installs what is missing; the others call it
 
@@ -46,11 +46,12 @@ bench: build
 	$(PYTHON) tests/peers/arap
 	$(PYTHON) tests/peers/reconstruct
 	$(PYTHON) tests/peers/dataset
+	$(PYTHON) tests/peers/scaling
 
 lint:
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,reconstruct}
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,reconstruct,scaling}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate
