@@ -95,9 +95,9 @@ fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
 fn report(result: &Classification) {
     let (scan_id, views) = (&result.scan_id, result.view_count);
     match (&result.error[..], &result.label[..]) {
-        ("", "") => log::info!("scan {scan_id}: the hand is empty, after {views} views"),
+        ("", "") => log::info!("scan {scan_id}: the hand is empty, by {views} view(s)"),
         ("", label) => log::info!(
-            "scan {scan_id}: {label} ({:.3}), after {views} views",
+            "scan {scan_id}: {label} ({:.3}), by {views} view(s)",
             result.probability
         ),
         (error, _) => log::error!("scan {scan_id}: {error}"),
