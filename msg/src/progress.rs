@@ -12,8 +12,8 @@ impl Progress {
     /// Notes a message; `false` where it says nothing new. Latched messages come again each second, and a stage that was
     /// started again says its last ones once more.
     pub fn advance(&mut self, scan_id: &str, view_count: u32, complete: bool) -> bool {
-        let is_new = self.scan_id != scan_id
-            || (complete, view_count) > (self.complete, self.view_count);
+        let is_new =
+            self.scan_id != scan_id || (complete, view_count) > (self.complete, self.view_count);
         if is_new {
             *self = Self {
                 scan_id: scan_id.into(),

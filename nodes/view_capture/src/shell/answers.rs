@@ -25,8 +25,7 @@ impl Answers {
 
     /// The newest answer, waited for until it is about this many views or ends the scan; `None` if none came in time.
     pub async fn about(&mut self, view_count: u32, patience: Duration) -> Option<&Classification> {
-        let wanted =
-            |answer: &Classification| answer.complete || answer.view_count >= view_count;
+        let wanted = |answer: &Classification| answer.complete || answer.view_count >= view_count;
         let _ = tokio::time::timeout(patience, self.until(wanted)).await;
         self.newest.as_ref()
     }
@@ -71,7 +70,10 @@ mod tests {
         for sent in [answer("a", 3, true), answer("b", 1, false)] {
             all.send(sent).unwrap();
         }
-        assert_eq!(answers.about(2, Duration::ZERO).await.unwrap().view_count, 1);
+        assert_eq!(
+            answers.about(2, Duration::ZERO).await.unwrap().view_count,
+            1
+        );
         assert!(answers.last(Duration::ZERO).await.is_none());
         all.send(answer("b", 2, false)).unwrap();
         all.send(answer("b", 2, true)).unwrap();
@@ -84,6 +86,12 @@ mod tests {
         let all = Sender::new(16);
         let mut answers = Answers::new(&all, "a");
         all.send(answer("a", 0, true)).unwrap();
-        assert!(answers.about(2, Duration::from_secs(600)).await.unwrap().complete);
+        assert!(
+            answers
+                .about(2, Duration::from_secs(600))
+                .await
+                .unwrap()
+                .complete
+        );
     }
 }
