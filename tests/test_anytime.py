@@ -148,8 +148,8 @@ def answer(view, **fields):
 
 
 @pytest.fixture
-def capture(start, executable):
-    """view_capture that ends a scan at 0.8, between a wrist, a camera and later stages of the test: capture(answer_to)."""
+def capture(start):
+    """Scans by view_capture alone, which ends them at 0.8: capture(answer_to) -> response, later stages of the test."""
     def scan(answer_to):
         import rospy
         from deformable_cobot.srv import ScanObject
