@@ -2,7 +2,7 @@
 # make test                    all tests but those of a cluster
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make build                   programs in target/release, ROS package in target/catkin/devel
-# make bench                   how fast, how often right
+# make bench                   how fast, how often right; plots in target/bench
 # make lint                    formatting, warnings, spelling
 # make setup                   installs what is missing; the others call it
 
@@ -46,6 +46,7 @@ bench: build
 	$(PYTHON) tests/peers/arap
 	$(PYTHON) tests/peers/reconstruct
 	$(PYTHON) tests/peers/dataset
+	$(PYTHON) tests/peers/scaling
 	$(PYTHON) tests/peers/model
 	$(PYTHON) tests/peers/training
 
@@ -54,5 +55,6 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/peers/{arap,dataset,model,reconstruct,training}
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench \
+		tests/peers/{arap,dataset,model,reconstruct,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

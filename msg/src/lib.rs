@@ -4,6 +4,7 @@
 //! (`.cargo/config.toml` says where); this crate names the ones in use.
 
 pub mod cloud;
+pub mod progress;
 pub mod service;
 pub mod timing;
 pub mod transform;

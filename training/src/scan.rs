@@ -32,7 +32,7 @@ pub struct ScannedObject {
 /// Scans an object (in its own frame: bottom centre, +z up). Gives the clouds after the first view, the second, ..., and
 /// that of the last view alone.
 ///
-/// A cloud that the nodes refuse, because the object is hardly in view, is left out.
+/// A cloud that the nodes refuse or call empty, because the object is hardly in view, is left out.
 ///
 /// # Errors
 /// Settings that a node refuses.
@@ -131,7 +131,9 @@ fn register_and_crop(
         if registrar.add_view(&view.points, pose).is_err() {
             continue;
         }
-        if let Ok(Crop { points, up, .. }) = cropper.crop(&registrar.cloud(), frame) {
+        let cropped = cropper.crop(&registrar.cloud(), frame);
+        let is_something = |crop: &Crop| crop.points.len() >= setup.crop.min_points;
+        if let Some(Crop { points, up, .. }) = cropped.ok().filter(is_something) {
             objects.push(ScannedObject {
                 points,
                 up,

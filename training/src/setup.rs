@@ -35,13 +35,21 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Circumstances of a scan of an object (in its own frame: bottom centre, +z up) drawn from `random`.
+    /// Circumstances of a scan of an object (in its own frame: bottom centre, +z up) drawn from `random`; an empty hand for
+    /// one without a surface.
     pub fn random(object: &Mesh, parameters: &ScanParameters, random: &mut Pcg64Mcg) -> Self {
         let specimen = grasped(object, parameters, random);
-        let height_m = f64::from(specimen.bounds().1.z);
-        let held = !random.random_bool(parameters.table_share);
+        let is_nothing = object.triangles.is_empty();
+        let height_m = if is_nothing {
+            0.1
+        } else {
+            f64::from(specimen.bounds().1.z)
+        };
+        let held = !random.random_bool(parameters.table_share) || is_nothing;
         let camera_from_stand = camera_pose(held, height_m, parameters, random);
-        let scene = if held {
+        let scene = if is_nothing {
+            Scene::empty_handed()
+        } else if held {
             Scene::holding(&specimen)
         } else {
             standing(&specimen, random)

@@ -141,10 +141,8 @@ fn scanned(
         };
         let labelled = |[each, strangers]: [usize; 2], training| -> Result<Vec<Labelled>> {
             let mut labelled = Labelled::of(&metadata.labels, each, |o| meshes(o, training))?;
-            labelled.push(Labelled::random_solids(
-                metadata.labels.len() as u32,
-                strangers,
-            ));
+            let none = metadata.labels.len() as u32;
+            labelled.extend(Labelled::nothing_known(none, strangers));
             Ok(labelled)
         };
         let parts = [

@@ -19,6 +19,8 @@ pub enum Specimens {
     Stranger(Stranger),
     /// Solids of any form that are none of the eight objects.
     RandomSolids,
+    /// No object. Where the camera mount is badly known, the crop leaves something of the gripper.
+    EmptyHand,
 }
 
 /// Specimens of one label.
@@ -58,28 +60,35 @@ impl Labelled {
         labels.iter().enumerate().map(labelled).collect()
     }
 
-    /// So many random solids; `label` is the number of classes.
-    pub fn random_solids(label: u32, count: usize) -> Self {
-        Self {
+    /// What teaches a model to say that something is none of its classes: random solids, and an empty hand for every fifth;
+    /// `label` is the number of classes.
+    pub fn nothing_known(label: u32, count: usize) -> [Self; 2] {
+        let of = |specimens, count| Self {
             label,
-            specimens: Specimens::RandomSolids,
-            count,
-        }
-    }
-
-    /// As many of each named stranger; `label` is the number of classes.
-    pub fn strangers(label: u32, count: usize) -> Vec<Self> {
-        let labelled = |stranger| Self {
-            label,
-            specimens: Specimens::Stranger(stranger),
+            specimens,
             count,
         };
-        Stranger::ALL.into_iter().map(labelled).collect()
+        [
+            of(Specimens::RandomSolids, count),
+            of(Specimens::EmptyHand, count / 5),
+        ]
+    }
+
+    /// What tests that: as many of each named stranger, and of empty hands.
+    pub fn strangers(label: u32, count: usize) -> Vec<Self> {
+        let strangers = Stranger::ALL.map(Specimens::Stranger);
+        let all = strangers.into_iter().chain([Specimens::EmptyHand]);
+        all.map(|specimens| Self {
+            label,
+            specimens,
+            count,
+        })
+        .collect()
     }
 }
 
 impl Specimens {
-    /// One specimen in the object frame (bottom centre, +z up).
+    /// One specimen in the object frame (bottom centre, +z up); without a surface for an empty hand.
     ///
     /// # Errors
     /// A mesh file cannot be read, or a dent cannot be made.
@@ -106,6 +115,7 @@ impl Specimens {
             }
             Self::Stranger(stranger) => Ok(stranger.mesh()),
             Self::RandomSolids => Ok(random_solid(random)),
+            Self::EmptyHand => Ok(Mesh::default()),
         }
     }
 }

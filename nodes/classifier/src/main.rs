@@ -1,8 +1,9 @@
-//! Names the object of each scan, and of any cloud on request.
+//! Names the object of each scan after each of its views, and of any cloud on request.
 
 use anyhow::Context;
 use classifier::{Answer, Model, Parameters};
 use msg::deformable_cobot::{Classification, ClassifyCloud, ClassifyCloudRes, ObjectCloud};
+use msg::progress::Progress;
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
 use nalgebra::Vector3;
@@ -19,14 +20,12 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     let parameters = node.parameters(Parameters::validate)?;
     let model = load(&node, &parameters)?;
     let answers = node.publish("classification", 16, Latch::Yes)?;
-    let latest = Mutex::new(String::new());
+    let progress = Mutex::new(Progress::default());
     let _objects = node.subscribe("object", Expect::EVENTS, {
         let model = Arc::clone(&model);
         move |object: ObjectCloud| {
-            // Latched messages come again each second.
-            let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
-            if *latest != object.scan_id {
-                latest.clone_from(&object.scan_id);
+            let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+            if progress.advance(&object.scan_id, object.view_count, object.complete) {
                 answers.send(name_object(&model, object));
             }
         }
@@ -35,6 +34,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         let up = up_or_z([request.up.x, request.up.y, request.up.z]);
         let mut result = Classification {
             header: request.cloud.header.clone(),
+            complete: true,
             ..Default::default()
         };
         answer_into(&model, &request.cloud, up, &mut result);
@@ -69,30 +69,47 @@ fn load(node: &Node, parameters: &Parameters) -> anyhow::Result<Arc<Mutex<Model>
     Ok(Arc::new(Mutex::new(model)))
 }
 
-/// The answer to a scan; what went wrong before comes through as it is.
+/// The answer to a scan so far; what went wrong before comes through as it is.
 fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
     let mut result = Classification {
         header: object.header,
         scan_id: object.scan_id,
         error: object.error,
         view_count: object.view_count,
+        complete: object.complete,
         timing: object.timing,
         ..Default::default()
     };
     if result.error.is_empty() {
         let up = up_or_z([object.up.x, object.up.y, object.up.z]);
-        answer_into(model, &object.cloud, up, &mut result);
+        if object.empty {
+            nothing_into(model, &object.cloud, &mut result);
+        } else {
+            answer_into(model, &object.cloud, up, &mut result);
+        }
     }
-    match &result.error[..] {
-        "" => log::info!(
-            "scan {}: {} ({:.3})",
-            result.scan_id,
-            result.label,
+    report(&result);
+    result
+}
+
+fn report(result: &Classification) {
+    let (scan_id, views) = (&result.scan_id, result.view_count);
+    match (&result.error[..], &result.label[..]) {
+        ("", "") => log::info!("scan {scan_id}: the hand is empty, by {views} view(s)"),
+        ("", label) => log::info!(
+            "scan {scan_id}: {label} ({:.3}), by {views} view(s)",
             result.probability
         ),
-        error => log::error!("scan {}: {error}", result.scan_id),
+        (error, _) => log::error!("scan {scan_id}: {error}"),
     }
-    result
+}
+
+/// An empty hand has no label, and nothing is known of it.
+fn nothing_into(model: &Mutex<Model>, cloud: &PointCloud2, result: &mut Classification) {
+    let model = model.lock().unwrap_or_else(PoisonError::into_inner);
+    result.point_count = cloud.width * cloud.height;
+    result.provider = model.provider().into();
+    result.model_id.clone_from(&model.metadata().run_id);
 }
 
 fn answer_into(

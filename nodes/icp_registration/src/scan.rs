@@ -112,6 +112,16 @@ impl Scan {
         self.error.clone_from(&view.error);
     }
 
+    /// Ends the scan well, with the views so far.
+    pub fn close(&mut self) {
+        self.count = self.views.len() as u32;
+    }
+
+    /// Whether no more views count.
+    pub fn is_complete(&self) -> bool {
+        !self.error.is_empty() || self.views.len() >= self.count as usize
+    }
+
     /// The cloud so far, or why there is none.
     pub fn message(&self) -> RegisteredCloud {
         let points = if self.error.is_empty() {
@@ -124,6 +134,8 @@ impl Scan {
             scan_id: self.scan_id.clone(),
             error: self.error.clone(),
             count: self.count,
+            view_count: self.views.len() as u32,
+            complete: self.is_complete(),
             in_hand_frame: self.registrar.in_hand_frame(),
             views: self.views.clone(),
             cloud: msg::cloud::from_points(self.header.clone(), &points),
@@ -215,9 +227,8 @@ impl Progress {
             });
             if from_the_middle {
                 log::warn!(
-                    "scan {}: view {} came first; waiting for another scan",
-                    view.scan_id,
-                    view.index + 1
+                    "scan {}: its beginning was missed; waiting for another scan",
+                    view.scan_id
                 );
                 return None;
             }
@@ -239,13 +250,19 @@ impl Current {
                 "view {missing} of {} never came; was this node started late?",
                 view.count
             ));
+        } else if ends_early(view) {
+            self.scan.close();
         } else {
             self.scan.add(view);
         }
-        let is_last = !self.scan.error.is_empty() || next + 1 >= self.scan.count;
-        self.next = (!is_last).then_some(next + 1);
+        self.next = (!self.scan.is_complete()).then_some(next + 1);
         Some(self.scan.message())
     }
+}
+
+/// Whether this is no view, but says that none comes any more.
+fn ends_early(view: &View) -> bool {
+    view.index > 0 && view.index == view.count
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub enum CropError {
         /// Index of the point.
         index: usize,
     },
-    /// All points were cut away.
+    /// All points were cut away: the hand is empty, or the parameters do not fit.
     #[error(
         "nothing of the object is left of {input} points: {} below the gripper, {} outside the cylinder, {} on the \
          fingers, {} strays; is there something in the hand? If so, look at {look_at}",

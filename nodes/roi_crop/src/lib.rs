@@ -80,12 +80,9 @@ impl Cropper {
         if let Some(index) = points.iter().position(|point| !is_finite(point)) {
             return Err(CropError::NotFinite { index });
         }
-        let (region, up) = match frame {
-            Frame::Hand { opening_m } => (Region::hand(&self.parameters, opening_m), Vector3::z()),
-            Frame::Camera => (
-                Region::camera(&self.parameters),
-                self.parameters.up_axis.vector(),
-            ),
+        let region = match frame {
+            Frame::Hand { opening_m } => Region::hand(&self.parameters, opening_m),
+            Frame::Camera => Region::camera(&self.parameters),
         };
         let mut removed = Removed::default();
         let mut kept = region.keep(points, &mut removed);
@@ -95,9 +92,22 @@ impl Cropper {
         }
         Ok(Crop {
             points: kept,
-            up,
+            up: self.up(frame),
             removed,
         })
+    }
+
+    /// Unit vector that points up in a frame.
+    pub fn up(&self, frame: Frame) -> Vector3<f64> {
+        match frame {
+            Frame::Hand { .. } => Vector3::z(),
+            Frame::Camera => self.parameters.up_axis.vector(),
+        }
+    }
+
+    /// Whether so many points are an object; fewer are what noise and the gripper leave of an empty hand.
+    pub fn is_object(&self, point_count: usize) -> bool {
+        point_count >= self.parameters.min_points
     }
 
     fn drop_strays(&self, points: &mut Vec<Point3<f32>>, removed: &mut Removed) {

@@ -1,13 +1,15 @@
-//! Cuts the object out of each complete registered cloud, and out of any on request.
+//! Cuts the object out of each registered cloud, and out of any on request.
 
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::Context;
 use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
+use msg::progress::Progress;
 use msg::timing;
+use nalgebra::Point3;
 use node::{Expect, Latch, Node};
-use roi_crop::{Crop, Cropper, Frame, Parameters};
+use roi_crop::{Crop, CropError, Cropper, Frame, Parameters};
 
 fn main() -> ExitCode {
     node::run("roi_crop", serve)
@@ -17,18 +19,15 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     let cropper = Arc::new(Cropper::new(node.parameters(Parameters::validate)?)?);
     let objects = node.publish("object", 16, Latch::Yes)?;
     let clouds = node.publish("object/cloud", 4, Latch::Yes)?;
-    let latest = Mutex::new(String::new());
+    let progress = Mutex::new(Progress::default());
     let _registered = node.subscribe("registered", Expect::EVENTS, {
         let cropper = Arc::clone(&cropper);
         move |registered: RegisteredCloud| {
-            let is_underway =
-                registered.error.is_empty() && registered.views.len() < registered.count as usize;
-            let mut latest = latest.lock().unwrap_or_else(PoisonError::into_inner);
-            // Latched messages come again each second.
-            if *latest == registered.scan_id || is_underway {
+            let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+            let (id, view_count) = (&registered.scan_id, registered.view_count);
+            if !progress.advance(id, view_count, registered.complete) {
                 return;
             }
-            latest.clone_from(&registered.scan_id);
             let object = cut_out(&cropper, registered);
             match &object.error[..] {
                 "" => clouds.send(object.cloud.clone()),
@@ -52,7 +51,8 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud) -> ObjectCloud {
         header: registered.header.clone(),
         scan_id: registered.scan_id.clone(),
         error: registered.error.clone(),
-        view_count: registered.views.len() as u32,
+        view_count: registered.view_count,
+        complete: registered.complete,
         in_hand_frame: registered.in_hand_frame,
         timing: registered.timing.clone(),
         ..Default::default()
@@ -83,7 +83,8 @@ fn crop(
         points,
         up,
         removed,
-    } = cropper.crop(&decoded.points, frame)?;
+    } = crop_or_nothing(cropper, &decoded.points, frame)?;
+    object.empty = !cropper.is_object(points.len());
     object.up = msg::transform::from_vector(&up);
     object.cloud = msg::cloud::from_points(registered.header.clone(), &points);
     object.below_gripper = removed.below_gripper as u32;
@@ -91,4 +92,24 @@ fn crop(
     object.on_fingers = removed.on_fingers as u32;
     object.outliers = removed.outliers as u32;
     Ok(())
+}
+
+/// An empty hand is an answer, too.
+fn crop_or_nothing(
+    cropper: &Cropper,
+    points: &[Point3<f32>],
+    frame: Frame,
+) -> Result<Crop, CropError> {
+    match cropper.crop(points, frame) {
+        Err(error @ CropError::NothingLeft { removed, .. }) => {
+            // Perhaps the hand is not empty and the parameters do not fit: this says where to look.
+            log::warn!("{error}");
+            Ok(Crop {
+                points: Vec::new(),
+                up: cropper.up(frame),
+                removed,
+            })
+        }
+        other => other,
+    }
 }

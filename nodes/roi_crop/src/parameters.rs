@@ -36,6 +36,9 @@ pub struct Parameters {
     pub stray_radius_m: f64,
     /// So many of them; 0 keeps all points.
     pub stray_min_neighbours: usize,
+
+    /// What has fewer points is no object: the hand is empty. One view of the smallest ball has some 1200.
+    pub min_points: usize,
 }
 
 impl Default for Parameters {
@@ -53,6 +56,7 @@ impl Default for Parameters {
             keep_above_m: -0.115,
             stray_radius_m: 0.006,
             stray_min_neighbours: 4,
+            min_points: 256,
         }
     }
 }
@@ -85,6 +89,7 @@ impl Parameters {
             self.stray_min_neighbours,
             0..=1000,
             "",
-        )
+        )?;
+        in_range("min_points", self.min_points, 1..=1_000_000, "")
     }
 }

@@ -163,6 +163,14 @@ fn nothing_left_says_where_it_went_and_where_to_look() {
 }
 
 #[test]
+fn few_points_are_no_object() {
+    let least = Parameters::default().min_points;
+    assert!(cropper().is_object(least) && !cropper().is_object(least - 1));
+    assert_eq!(cropper().up(ANY_OPENING), Vector3::z());
+    assert_eq!(cropper().up(Frame::Camera), Axis::OPTICAL_UP.vector());
+}
+
+#[test]
 fn empty_and_not_finite_clouds_are_refused() {
     assert_eq!(cropper().crop(&[], ANY_OPENING), Err(CropError::Empty));
     let mut points = sheet(0.03, [-0.02, 0.02], [0.001, 0.02]);
@@ -201,6 +209,7 @@ fn bad_parameters_are_refused_by_name() {
             .contains("grasp_depth_m is 0.2; it must be from 0 to 0.1577 m")
     );
     assert!(refusal("keep_above_m: .inf").contains("keep_above_m is inf"));
+    assert!(refusal("min_points: 0").contains("min_points is 0"));
     assert!(refusal("up_axis: up").contains("\"up\" is no axis"));
     assert!(refusal("radius: 1").contains("radius"));
 }

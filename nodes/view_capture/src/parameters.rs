@@ -52,6 +52,8 @@ pub struct Parameters {
     pub separation_rad: f64,
     /// Whether one scan is made as soon as clouds arrive (active mode).
     pub scan_at_start: bool,
+    /// The probability from which on a known object ends the scan before all its views are taken; 0: never (active mode).
+    pub stop_when_confident: f64,
 }
 
 impl Default for Parameters {
@@ -74,6 +76,7 @@ impl Default for Parameters {
             rest_dwell_s: 0.1,
             separation_rad: 0.1,
             scan_at_start: false,
+            stop_when_confident: 0.0,
         }
     }
 }
@@ -102,7 +105,22 @@ impl Parameters {
         )?;
         in_range("rest_dwell_s", self.rest_dwell_s, 0.01..=10.0, "s")?;
         in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")?;
-        Ok(())
+        in_range(
+            "stop_when_confident",
+            self.stop_when_confident,
+            0.0..=1.0,
+            "",
+        )
+    }
+
+    /// Whether a scan may end before all its views are taken.
+    pub fn may_end_early(&self) -> bool {
+        self.stop_when_confident > 0.0
+    }
+
+    /// Whether an answer of this probability ends a scan.
+    pub fn is_sure(&self, probability: f64) -> bool {
+        self.may_end_early() && probability >= self.stop_when_confident
     }
 
     /// The rules for passive mode.
@@ -133,5 +151,16 @@ mod tests {
         assert_eq!(bad(|p| p.view_step_rad = f64::NAN), Some("view_step_rad"));
         assert_eq!(bad(|p| p.frame_deadline_s = -1.0), Some("frame_deadline_s"));
         assert_eq!(bad(|p| p.angle_max_rad = -4.0), Some("angle_max_rad"));
+        let percent = bad(|p| p.stop_when_confident = 95.0);
+        assert_eq!(percent, Some("stop_when_confident"));
+    }
+
+    #[test]
+    fn nothing_ends_a_scan_early_unless_asked_for() {
+        let mut parameters = Parameters::default();
+        assert!(!parameters.may_end_early() && !parameters.is_sure(1.0));
+        parameters.stop_when_confident = 0.9;
+        assert!(parameters.is_sure(0.9) && !parameters.is_sure(0.89));
+        assert!(!parameters.is_sure(f64::NAN));
     }
 }

@@ -56,6 +56,10 @@ fn a_scan_grows_view_by_view() {
             ("", 3, index as usize + 1)
         );
         assert_eq!(
+            (message.view_count, message.complete),
+            (index + 1, index == 2)
+        );
+        assert_eq!(
             (&message.header.frame_id[..], message.in_hand_frame),
             ("camera", false)
         );
@@ -88,6 +92,56 @@ fn views_that_come_again_change_nothing() {
     progress.on_view(view("a", 2)).unwrap();
     assert!(progress.on_view(view("a", 2)).is_none());
     assert_eq!(progress.on_view(view("b", 0)).unwrap().views.len(), 1);
+}
+
+fn end(scan_id: &str, views: u32) -> View {
+    View {
+        scan_id: scan_id.into(),
+        index: views,
+        count: views,
+        ..Default::default()
+    }
+}
+
+#[test]
+fn a_scan_that_ends_early_is_complete_with_what_it_has() {
+    let mut progress = progress();
+    progress.on_view(posed("a", 0)).unwrap();
+    let running = progress.on_view(posed("a", 1)).unwrap();
+    assert!(!running.complete);
+    let last = progress.on_view(end("a", 2)).unwrap();
+    assert_eq!(
+        (&last.error[..], last.count, last.view_count, last.complete),
+        ("", 2, 2, true)
+    );
+    assert_eq!(
+        (last.header, last.cloud.data),
+        (running.header, running.cloud.data)
+    );
+    assert!(progress.on_view(end("a", 2)).is_none());
+    assert!(progress.on_view(posed("a", 2)).is_none());
+}
+
+#[test]
+fn an_early_end_after_a_lost_view_is_an_error() {
+    let mut progress = progress();
+    progress.on_view(view("a", 0)).unwrap();
+    let message = progress.on_view(end("a", 2)).unwrap();
+    assert!(
+        message.complete && message.error.contains("view 2 of 2 never came"),
+        "{}",
+        message.error
+    );
+    // The latched last word of a scan that this node never saw.
+    assert!(self::progress().on_view(end("a", 2)).is_none());
+}
+
+#[test]
+fn a_failed_scan_is_complete() {
+    let mut bad = view("a", 0);
+    bad.cloud.fields.remove(1);
+    let message = progress().on_view(bad).unwrap();
+    assert!(message.complete && message.view_count == 0);
 }
 
 #[test]

@@ -1,5 +1,6 @@
-//! Scans on request: turn, wait for rest, look, again; then wait for the answer.
+//! Scans on request: turn, wait for rest, look, again, until all views are taken or the answer is sure enough.
 
+use super::answers::Answers;
 use super::output::{Output, Place, Pose, new_scan_id};
 use super::troubles::Troubles;
 use anyhow::{Context, bail, ensure};
@@ -14,6 +15,10 @@ use view_capture::{Parameters, plan};
 
 /// How long a scan waits for somebody to look at its views: a node that has just started again is soon there.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
+
+/// How long the wrist waits for the running answer, where that may end the scan. It takes a tenth of this; without it the
+/// scan goes on.
+const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 
 /// Makes one scan at a time. Clones share it.
 #[derive(Clone)]
@@ -88,7 +93,7 @@ impl Scanner {
         scan_id: &str,
         angles_rad: &[f64],
     ) -> anyhow::Result<Classification> {
-        let mut answers = self.answers.subscribe();
+        let mut answers = Answers::new(&self.answers, scan_id);
         let count = angles_rad.len() as u32;
         self.output.wait_for_listener(LISTENER_PATIENCE).await?;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
@@ -103,15 +108,37 @@ impl Scanner {
                     .failure(place, format!("view_capture: {error:#}"));
                 return Err(error);
             }
-            if let Some(answer) = early_answer(&mut answers, scan_id) {
-                bail!("{}", answer.error);
+            let taken = index + 1;
+            if taken < count && self.is_sure(&mut answers, taken).await? {
+                log::info!("scan {scan_id}: {taken} of {count} views suffice");
+                self.output.end_early(scan_id, taken);
+                break;
             }
         }
         let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
-        let answer = tokio::time::timeout(patience, answer_of(&mut answers, scan_id)).await;
-        let answer = answer.map_err(|_| self.no_answer(patience))?;
+        let answer = answers.last(patience).await;
+        let answer = answer.ok_or_else(|| self.no_answer(patience))?;
         ensure!(answer.error.is_empty(), "{}", answer.error);
-        Ok(answer)
+        Ok(answer.clone())
+    }
+
+    /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
+    async fn is_sure(&self, answers: &mut Answers, views: u32) -> anyhow::Result<bool> {
+        let patience = if self.parameters.may_end_early() {
+            RUNNING_ANSWER_PATIENCE
+        } else {
+            Duration::ZERO
+        };
+        let Some(answer) = answers.about(views, patience).await else {
+            return Ok(false);
+        };
+        ensure!(
+            !answer.complete || answer.error.is_empty(),
+            "{}",
+            answer.error
+        );
+        let is_answer = answer.error.is_empty() && answer.known;
+        Ok(is_answer && self.parameters.is_sure(answer.probability))
     }
 
     async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
@@ -176,41 +203,14 @@ impl Scanner {
     }
 }
 
-/// The answer to this scan, if it has already failed on the way.
-fn early_answer(
-    answers: &mut broadcast::Receiver<Classification>,
-    scan_id: &str,
-) -> Option<Classification> {
-    while let Ok(answer) = answers.try_recv() {
-        if answer.scan_id == scan_id && !answer.error.is_empty() {
-            return Some(answer);
-        }
-    }
-    None
-}
-
-async fn answer_of(
-    answers: &mut broadcast::Receiver<Classification>,
-    scan_id: &str,
-) -> Classification {
-    loop {
-        match answers.recv().await {
-            Ok(answer) if answer.scan_id == scan_id => return answer,
-            Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
-            // The sender lives as long as the scanner; the deadline ends the wait.
-            Err(broadcast::error::RecvError::Closed) => std::future::pending().await,
-        }
-    }
-}
-
 fn report(scan_id: &str, result: anyhow::Result<Classification>) -> ScanObjectRes {
     match result {
         Ok(answer) => {
-            log::info!(
-                "scan {scan_id}: {} ({:.3})",
-                answer.label,
-                answer.probability
-            );
+            let name = match &answer.label[..] {
+                "" => "the hand is empty",
+                label => label,
+            };
+            log::info!("scan {scan_id}: {name} ({:.3})", answer.probability);
             ScanObjectRes {
                 error: String::new(),
                 result: answer,

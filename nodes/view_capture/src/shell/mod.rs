@@ -1,6 +1,7 @@
 //! The node: topics and services around the rules in the library.
 
 mod active;
+mod answers;
 mod output;
 mod passive;
 mod troubles;

@@ -101,6 +101,18 @@ impl Output {
         self.views.send(view);
     }
 
+    /// Says that no more views come than these; the later stages then end the scan with what they have.
+    pub fn end_early(&self, scan_id: &str, views: u32) {
+        let mut end = View {
+            scan_id: scan_id.into(),
+            index: views,
+            count: views,
+            ..Default::default()
+        };
+        end.header.stamp = self.clock.now();
+        self.views.send(end);
+    }
+
     /// Ends the scan with an error that every later stage passes on.
     pub fn failure(&self, place: Place, error: String) {
         let mut view = View {

@@ -1,0 +1,97 @@
+//! The classifier's answers to one scan.
+
+use msg::deformable_cobot::Classification;
+use std::future::pending;
+use std::time::Duration;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::broadcast::{Receiver, Sender};
+
+/// What the classifier has said of a scan so far.
+pub struct Answers {
+    scan_id: String,
+    heard: Receiver<Classification>,
+    newest: Option<Classification>,
+}
+
+impl Answers {
+    /// Listens from now on.
+    pub fn new(all: &Sender<Classification>, scan_id: &str) -> Self {
+        Self {
+            scan_id: scan_id.into(),
+            heard: all.subscribe(),
+            newest: None,
+        }
+    }
+
+    /// The newest answer, waited for until it is about this many views or ends the scan; `None` if none came in time.
+    pub async fn about(&mut self, view_count: u32, patience: Duration) -> Option<&Classification> {
+        let wanted = |answer: &Classification| answer.complete || answer.view_count >= view_count;
+        let _ = tokio::time::timeout(patience, self.until(wanted)).await;
+        self.newest.as_ref()
+    }
+
+    /// The answer to the whole scan; `None` if it did not come in time.
+    pub async fn last(&mut self, patience: Duration) -> Option<&Classification> {
+        let _ = tokio::time::timeout(patience, self.until(|answer| answer.complete)).await;
+        self.newest.as_ref().filter(|answer| answer.complete)
+    }
+
+    async fn until(&mut self, wanted: impl Fn(&Classification) -> bool) {
+        while !self.newest.as_ref().is_some_and(&wanted) {
+            match self.heard.recv().await {
+                Ok(answer) if answer.scan_id == self.scan_id => self.newest = Some(answer),
+                Ok(_) | Err(RecvError::Lagged(_)) => {}
+                // The sender lives as long as the scanner; the deadline ends the wait.
+                Err(RecvError::Closed) => pending().await,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn answer(scan_id: &str, view_count: u32, complete: bool) -> Classification {
+        Classification {
+            scan_id: scan_id.into(),
+            view_count,
+            complete,
+            ..Default::default()
+        }
+    }
+
+    #[tokio::test]
+    async fn the_newest_answer_to_this_scan_counts() {
+        let all = Sender::new(16);
+        let mut answers = Answers::new(&all, "b");
+        assert!(answers.about(1, Duration::ZERO).await.is_none());
+        for sent in [answer("a", 3, true), answer("b", 1, false)] {
+            all.send(sent).unwrap();
+        }
+        assert_eq!(
+            answers.about(2, Duration::ZERO).await.unwrap().view_count,
+            1
+        );
+        assert!(answers.last(Duration::ZERO).await.is_none());
+        all.send(answer("b", 2, false)).unwrap();
+        all.send(answer("b", 2, true)).unwrap();
+        let last = answers.last(Duration::from_secs(5)).await.unwrap();
+        assert_eq!((last.view_count, last.complete), (2, true));
+    }
+
+    #[tokio::test]
+    async fn a_scan_that_has_failed_is_not_waited_for() {
+        let all = Sender::new(16);
+        let mut answers = Answers::new(&all, "a");
+        all.send(answer("a", 0, true)).unwrap();
+        assert!(
+            answers
+                .about(2, Duration::from_secs(600))
+                .await
+                .unwrap()
+                .complete
+        );
+    }
+}
