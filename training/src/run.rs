@@ -8,15 +8,17 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::batch::Clouds;
+use crate::answers::Answers;
 use crate::checkpoint::Checkpoint;
 use crate::dataset::preprocessing;
 use crate::export::{encode, write_atomically, write_model};
-use crate::metrics::{Confusion, threshold_keeping};
+use crate::metrics::Confusion;
 use crate::network::{Network, NetworkKind};
 use crate::settings::Settings;
 use crate::source::{Data, Source};
-use crate::trainer::{EpochReport, Event, log_probabilities, most_probable, train};
+use crate::trainer::{EpochReport, Event, train};
+
+pub use crate::answers::Test;
 
 /// What to train, on what, and where it goes.
 #[derive(Debug, Clone)]
@@ -58,19 +60,6 @@ pub struct Results {
     pub test: Option<Test>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
-}
-
-/// How the network does on clouds that had no part in training.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Test {
-    /// How many.
-    pub clouds: usize,
-    /// Share named rightly.
-    pub accuracy: f64,
-    /// Mean negative log-likelihood.
-    pub loss: f64,
-    /// All answers.
-    pub confusion: Confusion,
 }
 
 /// What the run is at, for a progress display.
@@ -218,48 +207,6 @@ fn fit(
         Some(checkpoint),
         observe,
     )
-}
-
-/// What a network says about clouds whose classes are known.
-struct Answers<'a> {
-    log_probabilities: Vec<Vec<f32>>,
-    labels: &'a [u32],
-}
-
-impl<'a> Answers<'a> {
-    fn of(network: &Network, clouds: Clouds<'a>, metadata: &ModelMetadata) -> Result<Self> {
-        Ok(Self {
-            log_probabilities: log_probabilities(network, clouds, metadata.metres_per_unit)?,
-            labels: clouds.labels,
-        })
-    }
-
-    fn confusion(&self, labels: &[String]) -> Confusion {
-        let mut confusion = Confusion::new(labels);
-        for (answer, &label) in self.log_probabilities.iter().zip(self.labels) {
-            confusion.add(label as usize, most_probable(answer));
-        }
-        confusion
-    }
-
-    /// The probability that this share of the answers reaches.
-    fn threshold(&self, share: f64) -> f64 {
-        let highest = self.log_probabilities.iter();
-        let highest = highest.map(|answer| f64::from(answer[most_probable(answer)]).exp());
-        threshold_keeping(highest.collect(), share)
-    }
-
-    fn test(&self, labels: &[String]) -> Test {
-        let confusion = self.confusion(labels);
-        let pairs = self.log_probabilities.iter().zip(self.labels);
-        let losses = pairs.map(|(answer, &label)| -f64::from(answer[label as usize]));
-        Test {
-            clouds: self.labels.len(),
-            accuracy: confusion.accuracy(),
-            loss: losses.sum::<f64>() / self.labels.len().max(1) as f64,
-            confusion,
-        }
-    }
 }
 
 impl Results {
