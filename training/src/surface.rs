@@ -21,7 +21,8 @@ pub fn surface(mesh: &Mesh, count: usize, seed: u64) -> Vec<Point3<f32>> {
         return Vec::new();
     }
     let point = |_| {
-        let chosen = up_to.partition_point(|&area| area <= random.random_range(0.0..whole));
+        let area = random.random_range(0.0..whole);
+        let chosen = up_to.partition_point(|&up_to| up_to <= area);
         let [a, b, c] = corners(&mesh.triangles[chosen.min(up_to.len() - 1)]);
         let (mut s, mut t): (f32, f32) = (random.random(), random.random());
         if s + t > 1.0 {
