@@ -1,5 +1,6 @@
 //! Trains the classifier on simulated scans (paper, Sec. V and VI) and measures it.
 
+mod answers;
 pub mod augment;
 pub mod batch;
 pub mod calibration;
@@ -11,9 +12,11 @@ pub mod files;
 pub mod fused;
 pub mod mesh_clouds;
 pub mod mesh_dataset;
+mod mesh_split;
 pub mod metrics;
 pub mod network;
 pub mod optimizer;
+mod passes;
 pub mod product;
 pub mod progress;
 pub mod report;

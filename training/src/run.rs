@@ -8,18 +8,17 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::batch::Clouds;
-use crate::calibration::{
-    calibration_error, highest_probability, inverse_temperature, log_sum_exp,
-};
+use crate::answers::Answers;
 use crate::checkpoint::Checkpoint;
 use crate::dataset::preprocessing;
 use crate::export::{encode, write_atomically, write_model};
-use crate::metrics::{Confusion, threshold_keeping};
+use crate::metrics::Confusion;
 use crate::network::{Network, NetworkKind};
 use crate::settings::Settings;
 use crate::source::{Data, Source};
-use crate::trainer::{EpochReport, Event, logits, most_probable, train};
+use crate::trainer::{EpochReport, Event, train};
+
+pub use crate::answers::Test;
 
 /// What to train, on what, and where it goes.
 #[derive(Debug, Clone)]
@@ -63,21 +62,6 @@ pub struct Results {
     pub test: Option<Test>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
-}
-
-/// How the network does on clouds that had no part in training.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Test {
-    /// How many.
-    pub clouds: usize,
-    /// Share named rightly.
-    pub accuracy: f64,
-    /// Mean negative log-likelihood.
-    pub loss: f64,
-    /// Expected calibration error: how far probabilities are from shares of right answers.
-    pub calibration_error: f64,
-    /// All answers.
-    pub confusion: Confusion,
 }
 
 /// What the run is at, for a progress display.
@@ -228,71 +212,6 @@ fn fit(
         Some(checkpoint),
         observe,
     )
-}
-
-/// What a network says about clouds of its classes.
-struct Answers {
-    logits: Vec<Vec<f32>>,
-    labels: Vec<usize>,
-}
-
-impl Answers {
-    /// Of the clouds that are of a class; strangers are left out.
-    fn of(network: &Network, clouds: Clouds, metadata: &ModelMetadata) -> Result<Self> {
-        let logits = logits(network, clouds, metadata.metres_per_unit)?;
-        let labels = clouds.labels.iter().map(|&label| label as usize);
-        let own = logits.into_iter().zip(labels);
-        let (logits, labels) = own.filter(|(_, label)| *label < network.classes()).unzip();
-        Ok(Self { logits, labels })
-    }
-
-    fn confusion(&self, labels: &[String]) -> Confusion {
-        let mut confusion = Confusion::new(labels);
-        for (logits, &label) in self.logits.iter().zip(&self.labels) {
-            confusion.add(label, most_probable(logits));
-        }
-        confusion
-    }
-
-    fn inverse_temperature(&self) -> f64 {
-        inverse_temperature(&self.logits, &self.labels)
-    }
-
-    /// The negative energy that this share of the clouds reaches.
-    fn threshold(&self, share: f64) -> f64 {
-        threshold_keeping(self.logits.iter().map(|l| log_sum_exp(l)).collect(), share)
-    }
-
-    /// `inverse_temperature` as found on other clouds.
-    fn test(&self, labels: &[String], inverse_temperature: f64) -> Test {
-        let confusion = self.confusion(labels);
-        let tempered = |logits: &[f32]| -> Vec<f32> {
-            let scaled: Vec<f32> = logits
-                .iter()
-                .map(|l| l * inverse_temperature as f32)
-                .collect();
-            let sum = log_sum_exp(&scaled) as f32;
-            scaled.into_iter().map(|l| l - sum).collect()
-        };
-        let answers: Vec<Vec<f32>> = self.logits.iter().map(|l| tempered(l)).collect();
-        let loss: f64 = answers
-            .iter()
-            .zip(&self.labels)
-            .map(|(a, &l)| -f64::from(a[l]))
-            .sum();
-        let judged: Vec<(f64, bool)> = answers
-            .iter()
-            .zip(&self.labels)
-            .map(|(answer, &label)| (highest_probability(answer), most_probable(answer) == label))
-            .collect();
-        Test {
-            clouds: self.labels.len(),
-            accuracy: confusion.accuracy(),
-            loss: loss / self.labels.len().max(1) as f64,
-            calibration_error: calibration_error(&judged),
-            confusion,
-        }
-    }
 }
 
 impl Results {

@@ -96,6 +96,10 @@ impl Settings {
     pub fn validate(&self) -> Result<()> {
         self.check_ranges()?;
         self.centring()?;
+        if self.paper.normals && self.network == NetworkKind::Robot {
+            let allowed = "false for the robot's network; give --network paper";
+            return Err(ParameterError::new("normals", true, allowed).into());
+        }
         Ok(self.scans.registration.validate()?)
     }
 
@@ -196,6 +200,8 @@ mod tests {
             "parameter centring is middle; it must be box, centroid or sphere"
         );
         assert!(refusal(|settings| settings.training.learning_rate = f64::NAN).contains("NaN"));
+        let message = refusal(|settings| settings.paper.normals = true);
+        assert!(message.contains("give --network paper"), "{message}");
     }
 
     #[test]

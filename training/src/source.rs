@@ -10,8 +10,9 @@ use sim_objects::ObjectClass;
 
 use crate::batch::Part;
 use crate::dataset::simulate;
-use crate::mesh_clouds::{MeshClouds, Split, split};
+use crate::mesh_clouds::MeshClouds;
 use crate::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
+use crate::mesh_split::{Split, split};
 use crate::network::NetworkKind;
 use crate::run::Stage;
 use crate::samples::{read_npz, write_npz};
