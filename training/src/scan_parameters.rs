@@ -14,8 +14,8 @@ pub struct ScanParameters {
     pub table_share: f64,
     /// Share of specimens without a dent.
     pub undented_share: f64,
-    /// Deepest dent.
-    pub squeeze_max_m: f64,
+    /// Shallowest and deepest dent.
+    pub squeeze_m: [f64; 2],
     /// Largest lean of the wrist.
     pub wrist_lean_rad: f64,
     /// Largest lean of the object in the fingers.
@@ -41,7 +41,8 @@ impl Default for ScanParameters {
             view_step_rad: 0.6,
             table_share: 0.15,
             undented_share: 0.2,
-            squeeze_max_m: 0.014,
+            // As the paper dents (Sec. IV-B 7).
+            squeeze_m: [0.004, 0.014],
             wrist_lean_rad: 0.10,
             grasp_lean_rad: 0.03,
             grasp_shift_m: 0.002,

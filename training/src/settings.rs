@@ -46,8 +46,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 500,
-            strangers: 750,
+            specimens_per_class: 700,
+            strangers: 900,
             validation_specimens_per_class: 60,
             point_count: 128,
             centring: "sphere".to_owned(),
@@ -68,6 +68,7 @@ impl Settings {
         let mut settings = Self {
             network: NetworkKind::Paper,
             point_count: 62,
+            centring: "box".to_owned(),
             ..Self::default()
         };
         settings.training.epochs = 50;
@@ -106,7 +107,7 @@ impl Settings {
     /// How clouds are centred.
     ///
     /// # Errors
-    /// The text is neither `box` nor `centroid`.
+    /// The text is none of the three.
     pub fn centring(&self) -> Result<Centring, ParameterError> {
         let refuse =
             |()| ParameterError::new("centring", &self.centring, "box, centroid or sphere");

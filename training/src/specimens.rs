@@ -98,7 +98,7 @@ impl Specimens {
                 let variation = Variation::random(random.random());
                 let dented = !random.random_bool(parameters.undented_share);
                 let squeeze_m = if dented {
-                    random.random_range(0.0..=parameters.squeeze_max_m)
+                    random.random_range(parameters.squeeze_m[0]..=parameters.squeeze_m[1])
                 } else {
                     0.0
                 };

@@ -52,7 +52,7 @@ struct Arguments {
     /// N, points of a cloud that the network sees
     #[arg(long = "points", visible_alias = "point-count", value_name = "N")]
     point_count: Option<usize>,
-    /// How clouds are centred: box or centroid
+    /// How clouds are centred: box, centroid or sphere
     #[arg(long, value_parser = parse_centring)]
     centring: Option<Centring>,
     /// F, features of a point
@@ -71,7 +71,7 @@ struct Arguments {
 
 fn parse_centring(text: &str) -> Result<Centring, String> {
     text.parse()
-        .map_err(|()| format!("{text:?} is neither box nor centroid"))
+        .map_err(|()| format!("{text:?} is none of box, centroid and sphere"))
 }
 
 impl Arguments {
