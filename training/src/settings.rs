@@ -46,8 +46,8 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 700,
-            strangers: 900,
+            specimens_per_class: 500,
+            strangers: 750,
             validation_specimens_per_class: 60,
             point_count: 128,
             centring: "sphere".to_owned(),

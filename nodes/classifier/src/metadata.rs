@@ -12,8 +12,8 @@ pub enum Centring {
     Centroid,
     /// By the middle of its bounding box.
     Box,
-    /// By the centre of the sphere that it lies on, or nearly; of its bounding box where there is none. A part of a ball is
-    /// then as far from the origin as the whole.
+    /// By the centre of the sphere that it lies on, as a ball does; by that of its bounding box where it lies on none. A part
+    /// of a ball is then as far from the origin as the whole.
     Sphere,
 }
 

@@ -37,6 +37,7 @@ pub fn preprocess(
         Centring::Centroid => cloud::centroid(&turned),
         Centring::Box => box_centre(),
         Centring::Sphere => cloud::sphere(&turned)
+            .filter(|sphere| sphere.median_distance_m < NEAR_SPHERE_M)
             .map(|sphere| sphere.centre.cast())
             .or_else(box_centre),
     };
@@ -80,6 +81,9 @@ fn normals(points: &[Point3<f32>], chosen: &[usize], centre: &Point3<f32>) -> Ve
     };
     chosen.iter().map(normal).collect()
 }
+
+/// Half of the points must be this near to a sphere for its centre to mean something: a camera's noise, not a can's side.
+const NEAR_SPHERE_M: f64 = 0.002;
 
 /// The smallest rotation that turns `from` to `to`.
 ///
