@@ -13,15 +13,21 @@ use classifier::{Model, Provider};
 use nalgebra::{Point3, Vector3};
 use sim_dataset::generate::{self, generate};
 use sim_dataset::object::Source;
-use sim_objects::ObjectClass;
+use sim_objects::file::MILLIMETRE;
+use sim_objects::{ObjectClass, Stranger};
 use training::mesh_clouds::{MeshClouds, Split};
 use training::report::describe;
 use training::run::{Order, Stage, run};
 use training::settings::Settings;
 
 fn make(out: &Path, objects: &[ObjectClass], count: usize) {
+    let sources = objects.iter().copied().map(Source::Parametric).collect();
+    make_of(out, sources, count);
+}
+
+fn make_of(out: &Path, sources: Vec<Source>, count: usize) {
     let order = generate::Order {
-        sources: objects.iter().copied().map(Source::Parametric).collect(),
+        sources,
         out: out.to_path_buf(),
         count: NonZeroUsize::new(count),
         seed: 5,
@@ -84,6 +90,38 @@ fn the_papers_network_learns_to_tell_two_objects_apart_with_and_without_normals(
         let answer = model.classify(&ball, &Vector3::z()).unwrap();
         assert_eq!(answer.label, "medium-ball");
     }
+}
+
+#[test]
+fn an_own_object_is_learned_beside_the_eight() {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = folder.path().join("bottle.ply");
+    sim_objects::file::write_ply(&scan, &Stranger::Bottle.mesh().subdivided()).unwrap();
+    let bottle = Source::Scan {
+        file: scan,
+        metres_per_unit: MILLIMETRE,
+    };
+    let dataset = folder.path().join("dataset");
+    make_of(&dataset, vec![bottle], 18);
+    let mut settings = Settings {
+        specimens_per_class: 2,
+        strangers: 0,
+        validation_specimens_per_class: 1,
+        point_count: 32,
+        ..Settings::default()
+    };
+    settings.training.epochs = 1;
+    settings.scans.view_count = 1;
+    let order = Order {
+        settings,
+        ..order(folder.path(), &[&dataset])
+    };
+    let results = run(&order, |_| ()).unwrap();
+    let model = Model::load(&order.model, Provider::Cpu, "CPU").unwrap();
+    let labels = &model.metadata().labels;
+    assert_eq!((labels.len(), labels[8].as_str()), (9, "bottle"));
+    assert_eq!(results.confusion.counts.len(), 9);
+    assert!(results.confusion.counts[8].iter().sum::<u32>() > 0);
 }
 
 #[test]

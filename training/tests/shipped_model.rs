@@ -7,6 +7,8 @@ use classifier::{Model, Provider};
 use depth_threshold::{DepthImage, Thresholder};
 use icp_registration::Registrar;
 use nalgebra::Point3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use roi_crop::{Cropper, Frame};
 use sim_camera::{
     D435I, Noise, NoiseParameters, Placement, Scene, render_view, scan_base_from_camera,
@@ -96,14 +98,33 @@ fn the_real_can_is_named_from_three_views_and_from_each_alone() {
         keep_above_m: Some(-0.115),
     };
     let mut model = shipped_model();
-    for views in [&views[..], &views[..1], &views[1..2], &views[2..]] {
-        let answer = classify_views(views, &scene, &mut model).unwrap().answer;
-        println!(
-            "{} views: {} ({:.2})",
-            views.len(),
-            answer.label,
-            answer.probability
-        );
-        assert_eq!(answer.label, "medium-can");
+    for (name, views) in [
+        ("all", &views[..]),
+        ("view 1", &views[..1]),
+        ("view 2", &views[1..2]),
+        ("view 3", &views[2..]),
+    ] {
+        let mut lowest: f64 = 1.0;
+        let mut known = 0;
+        for seed in 0..SAMPLINGS {
+            let sampled: Vec<_> = views.iter().map(|view| without_some(view, seed)).collect();
+            let answer = classify_views(&sampled, &scene, &mut model).unwrap().answer;
+            assert_eq!(
+                answer.label, "medium-can",
+                "{name}, seed {seed}: {answer:?}"
+            );
+            lowest = lowest.min(answer.probability);
+            known += usize::from(answer.known);
+        }
+        println!("{name}: medium-can {SAMPLINGS} times, {lowest:.2} at least, known {known} times");
     }
+}
+
+const SAMPLINGS: u64 = 50;
+
+/// Four fifths of a cloud. The network's points are chosen by rule: other points make another choice.
+fn without_some(points: &[Point3<f32>], seed: u64) -> Vec<Point3<f32>> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let kept = points.iter().filter(|_| random.random_bool(0.8));
+    kept.copied().collect()
 }

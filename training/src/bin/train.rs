@@ -13,7 +13,7 @@ use training::report;
 use training::run::{self, Order};
 use training::settings::Settings;
 
-/// Trains a model on simulated scans of the eight objects, or on datasets of meshes.
+/// Trains a model on simulated scans of the eight objects and of your own, or on datasets of meshes seen from all sides.
 ///
 /// The clouds go through the code of the nodes, and are kept for the next run with the same settings. The run's settings
 /// and results are written to run.yaml in the run's folder. Started again after an interruption, the same command goes
@@ -30,7 +30,8 @@ struct Arguments {
     /// Where datasets and runs go
     #[arg(long, default_value = "target/training", value_name = "FOLDER")]
     output: PathBuf,
-    /// A folder made by generate_dataset, to train on instead of scans; may be given several times
+    /// A folder made by generate_dataset, whose objects the robot's network learns beside the eight, and the paper's network
+    /// alone; may be given several times
     #[arg(long = "dataset", value_name = "FOLDER")]
     datasets: Vec<PathBuf>,
     /// Which network: the robot's, or the paper's with its settings
