@@ -48,6 +48,7 @@ bench: build
 	$(PYTHON) tests/peers/dataset
 	$(PYTHON) tests/peers/scaling
 	$(PYTHON) tests/peers/model
+	$(PYTHON) tests/peers/registration
 	$(PYTHON) tests/peers/training
 
 lint:
@@ -56,5 +57,5 @@ lint:
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
 	$(PYTHON) -m pyflakes tests tests/demo tests/bench \
-		tests/peers/{arap,dataset,model,reconstruct,scaling,training}
+		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

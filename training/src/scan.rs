@@ -62,13 +62,24 @@ pub fn full_view(object: &Mesh, random: &mut Pcg64Mcg) -> ScannedObject {
     }
 }
 
-/// One view: points in m in the camera's optical frame, and the pose that kinematics would report.
-struct View {
-    points: Vec<Point3<f32>>,
-    believed_hand_from_camera: Isometry3<f64>,
+/// What the camera sees of a scan at one wrist angle.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Points in m in the camera's optical frame: gripper and object.
+    pub points: Vec<Point3<f32>>,
+    /// The pose that kinematics would report, wrong by the camera mount's error.
+    pub believed_hand_from_camera: Isometry3<f64>,
 }
 
-fn capture(setup: &Setup, parameters: &ScanParameters, random: &mut Pcg64Mcg) -> Result<Vec<View>> {
+/// The views of a scan, one for each of the setup's wrist angles.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn capture(
+    setup: &Setup,
+    parameters: &ScanParameters,
+    random: &mut Pcg64Mcg,
+) -> Result<Vec<View>> {
     let mut renderer = Renderer::new(WINDOW);
     let mut noise = Noise::new(setup.noise.clone(), random.random())?;
     let mut thresholder = Thresholder::new(setup.threshold.clone())?;
