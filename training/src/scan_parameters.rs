@@ -39,7 +39,7 @@ impl Default for ScanParameters {
         Self {
             view_count: 4,
             view_step_rad: 0.6,
-            table_share: 0.15,
+            table_share: 0.2,
             undented_share: 0.2,
             // As the paper dents (Sec. IV-B 7).
             squeeze_m: [0.004, 0.014],
