@@ -14,7 +14,9 @@
 mod class;
 pub mod file;
 mod mesh;
+mod outline;
 mod profile;
+mod solid;
 mod stranger;
 mod surface;
 mod variation;
@@ -22,5 +24,6 @@ mod variation;
 pub use class::{ObjectClass, UnknownObject};
 pub use mesh::Mesh;
 pub use profile::revolve;
-pub use stranger::{Stranger, random_solid};
+pub use solid::random_solid;
+pub use stranger::Stranger;
 pub use variation::Variation;

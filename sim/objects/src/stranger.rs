@@ -1,17 +1,12 @@
-//! Objects that are none of the eight: what a classifier must call unknown.
-//!
-//! Random solids teach it what else there is; the named ones, of other makes, test what it learned.
+//! Objects that are none of the eight: they test whether a classifier calls them unknown.
 
 use std::f32::consts::TAU;
 use std::fmt;
 
 use nalgebra::{Point3, Vector3};
-use rand::{Rng, RngExt};
 
-use crate::class::ObjectClass;
 use crate::mesh::Mesh;
 use crate::profile::revolve;
-use crate::variation::Variation;
 
 /// Household objects that are none of the eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -173,103 +168,8 @@ fn tube(radius_m: f32, path: impl Fn(f32) -> Point3<f32>) -> Mesh {
     mesh
 }
 
-/// A random solid in the object frame, 3 to 20 cm high, that none of the eight is as large as on all three sides: a random
-/// outline turned about z, with a random cross-section.
-pub fn random_solid(random: &mut impl Rng) -> Mesh {
-    loop {
-        let mesh = solid(random);
-        if !ObjectClass::ALL
-            .into_iter()
-            .any(|class| is_as_large(&mesh, class))
-        {
-            return mesh;
-        }
-    }
-}
-
-fn is_as_large(mesh: &Mesh, class: ObjectClass) -> bool {
-    const ALIKE: f32 = 0.06;
-    let extent = |mesh: &Mesh| {
-        let (min, max) = mesh.bounds();
-        max - min
-    };
-    let (own, other) = (extent(mesh), extent(&class.mesh(&Variation::NONE)));
-    (0..3).all(|axis| (own[axis] / other[axis] - 1.0).abs() < ALIKE)
-}
-
-fn solid(random: &mut impl Rng) -> Mesh {
-    let height_m = random.random_range(0.03..0.20);
-    let radius_m = random.random_range(0.012..0.06);
-    let knots: Vec<f32> = (0..random.random_range(2..=6))
-        .map(|_| radius_m * random.random_range(0.4..1.2))
-        .collect();
-    let section = Section::random(random);
-    const STEPS: usize = 24;
-    let outline: Vec<[f32; 2]> = (0..=STEPS)
-        .map(|step| {
-            let share = step as f32 / STEPS as f32;
-            let place = share * (knots.len() - 1) as f32;
-            let below = (place as usize).min(knots.len() - 2);
-            let between = place - below as f32;
-            let radius_m = knots[below] + between * (knots[below + 1] - knots[below]);
-            [radius_m, height_m * share]
-        })
-        .collect();
-    let ends = [[0.0, 0.0]].into_iter().chain(outline);
-    let mut mesh = revolve(&ends.chain([[0.0, height_m]]).collect::<Vec<_>>(), SEGMENTS);
-    for vertex in &mut mesh.vertices {
-        let scale = section.radius(vertex.y.atan2(vertex.x));
-        (vertex.x, vertex.y) = (scale * vertex.x, scale * vertex.y);
-    }
-    mesh
-}
-
-/// Radius by angle, at most about 1.
-enum Section {
-    Round,
-    /// |x|^power + |y / flatness|^power = 1: from an ellipse to nearly a box.
-    Superellipse {
-        power: f32,
-        flatness: f32,
-    },
-    Lobes {
-        count: f32,
-        depth: f32,
-    },
-}
-
-impl Section {
-    fn random(random: &mut impl Rng) -> Self {
-        match random.random_range(0..10) {
-            0..3 => Self::Round,
-            3..7 => Self::Superellipse {
-                power: random.random_range(2.0..10.0),
-                flatness: random.random_range(0.35..1.0),
-            },
-            _ => Self::Lobes {
-                count: random.random_range(2..=6) as f32,
-                depth: random.random_range(0.05..0.3),
-            },
-        }
-    }
-
-    fn radius(&self, angle_rad: f32) -> f32 {
-        match *self {
-            Self::Round => 1.0,
-            Self::Superellipse { power, flatness } => {
-                let (sin, cos) = angle_rad.sin_cos();
-                (cos.abs().powf(power) + (sin / flatness).abs().powf(power)).powf(-1.0 / power)
-            }
-            Self::Lobes { count, depth } => 1.0 - depth * (1.0 - (count * angle_rad).cos()) / 2.0,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
-    use rand_pcg::Pcg64Mcg;
-
     use super::*;
 
     #[test]
@@ -280,26 +180,6 @@ mod tests {
             let (min, max) = mesh.bounds();
             assert!(min.z.abs() < 1e-6, "{stranger}: {min}");
             assert!((0.05..0.19).contains(&max.z), "{stranger}: {max}");
-        }
-    }
-
-    #[test]
-    fn random_solids_are_closed_differ_and_are_none_of_the_eight() {
-        let seed = 3;
-        println!("seed {seed}");
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let solids: Vec<Mesh> = (0..50).map(|_| random_solid(&mut random)).collect();
-        for (index, solid) in solids.iter().enumerate() {
-            assert!(
-                solid.is_closed_manifold() && solid.volume_m3() > 0.0,
-                "solid {index}"
-            );
-            assert!(solids[..index].iter().all(|other| other != solid));
-            assert!(
-                !ObjectClass::ALL
-                    .into_iter()
-                    .any(|class| is_as_large(solid, class))
-            );
         }
     }
 }
