@@ -15,7 +15,7 @@ use crate::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
 use crate::mesh_split::{Split, split};
 use crate::network::NetworkKind;
 use crate::run::Stage;
-use crate::samples::{read_npz, write_npz};
+use crate::samples::{Samples, read_npz, write_npz};
 use crate::settings::{Settings, fingerprint};
 use crate::specimens::Labelled;
 
@@ -110,14 +110,11 @@ fn scanned(
         !metadata.normals,
         "only the paper's network takes normals; give --network paper"
     );
-    let counts = [
-        settings.specimens_per_class,
-        settings.validation_specimens_per_class,
-    ];
     let determining = (
         settings.seed,
         &dataset.digest,
-        counts,
+        settings.specimens_per_class,
+        settings.validation_specimens_per_class,
         settings.strangers,
         settings.point_count,
         &settings.centring,
@@ -127,42 +124,7 @@ fn scanned(
     let (train, validation) = if path.is_file() && !fresh {
         read_npz(&path)?
     } else {
-        let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-        let split = split(dataset, &settings.meshes, &mut random)?;
-        let meshes = |object: &str, training: bool| -> Vec<MeshFile> {
-            let label = dataset.labels.iter().position(|label| label == object);
-            let pairs = dataset.meshes.iter().zip(&split);
-            pairs
-                .filter(|(mesh, split)| {
-                    Some(mesh.label as usize) == label
-                        && (**split == Split::Train as u32) == training
-                })
-                .map(|(mesh, _)| mesh.clone())
-                .collect()
-        };
-        let labelled = |[each, strangers]: [usize; 2], training| -> Result<Vec<Labelled>> {
-            let mut labelled = Labelled::of(&metadata.labels, each, |o| meshes(o, training))?;
-            let none = metadata.labels.len() as u32;
-            labelled.extend(Labelled::nothing_known(none, strangers));
-            Ok(labelled)
-        };
-        let parts = [
-            labelled([counts[0], settings.strangers], true)?,
-            labelled([counts[1], counts[1]], false)?,
-        ];
-        let specimens = parts.iter().flatten().map(|labelled| labelled.count).sum();
-        show(Stage::Scanning { specimens });
-        let mut part = |labelled: &[Labelled]| {
-            let finished = || show(Stage::Scanned);
-            simulate(
-                labelled,
-                &settings.scans,
-                metadata,
-                random.random(),
-                finished,
-            )
-        };
-        let (train, validation) = (part(&parts[0])?, part(&parts[1])?);
+        let (train, validation) = scan(dataset, settings, metadata, show)?;
         write_npz(&path, &train, &validation)?;
         (train, validation)
     };
@@ -171,6 +133,56 @@ fn scanned(
         validation: validation.into(),
         test: None,
     })
+}
+
+/// Clouds to learn from, and to choose the best epoch by.
+fn scan(
+    dataset: &MeshDataset,
+    settings: &Settings,
+    metadata: &ModelMetadata,
+    show: &(impl Fn(Stage) + Sync),
+) -> Result<(Samples, Samples)> {
+    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
+    let split = split(dataset, &settings.meshes, &mut random)?;
+    let none = metadata.labels.len() as u32;
+    let labelled = |each, strangers, training| -> Result<Vec<Labelled>> {
+        let meshes = |object: &str| meshes_of(dataset, &split, object, training);
+        let mut labelled = Labelled::of(&metadata.labels, each, meshes)?;
+        labelled.extend(Labelled::nothing_known(none, strangers));
+        Ok(labelled)
+    };
+    let fewer = settings.validation_specimens_per_class;
+    let train = labelled(settings.specimens_per_class, settings.strangers, true)?;
+    let validation = labelled(fewer, fewer, false)?;
+    let specimens = train
+        .iter()
+        .chain(&validation)
+        .map(|labelled| labelled.count);
+    show(Stage::Scanning {
+        specimens: specimens.sum(),
+    });
+    let mut simulated = |labelled: &[Labelled]| {
+        let finished = || show(Stage::Scanned);
+        simulate(
+            labelled,
+            &settings.scans,
+            metadata,
+            random.random(),
+            finished,
+        )
+    };
+    Ok((simulated(&train)?, simulated(&validation)?))
+}
+
+/// The meshes of an object that are to be learned from, or the others.
+fn meshes_of(dataset: &MeshDataset, split: &[u32], object: &str, training: bool) -> Vec<MeshFile> {
+    let label = dataset.labels.iter().position(|label| label == object);
+    let is_wanted = |mesh: &MeshFile, split: u32| {
+        Some(mesh.label as usize) == label && (split == Split::Train as u32) == training
+    };
+    let pairs = dataset.meshes.iter().zip(split);
+    let wanted = pairs.filter(|(mesh, split)| is_wanted(mesh, **split));
+    wanted.map(|(mesh, _)| mesh.clone()).collect()
 }
 
 fn sampled(
