@@ -143,7 +143,7 @@ fn register_and_crop(
             continue;
         }
         let cropped = cropper.crop(&registrar.cloud(), frame);
-        let is_something = |crop: &Crop| crop.points.len() >= setup.crop.min_points;
+        let is_something = |crop: &Crop| cropper.is_object(crop.points.len());
         if let Some(Crop { points, up, .. }) = cropped.ok().filter(is_something) {
             objects.push(ScannedObject {
                 points,

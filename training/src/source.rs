@@ -113,6 +113,7 @@ fn scanned(
     let determining = (
         settings.seed,
         &dataset.digest,
+        &settings.meshes,
         settings.specimens_per_class,
         settings.validation_specimens_per_class,
         settings.strangers,

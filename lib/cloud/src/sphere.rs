@@ -15,7 +15,7 @@ pub struct Sphere {
     pub median_distance_m: f64,
 }
 
-/// Points this near to the sphere count fully, whatever the others do: a depth camera's noise.
+/// The scale of the weights is never below this, a depth camera's noise: points nearer to the sphere count almost fully.
 const SCALE_MIN_M: f64 = 0.001;
 const ROUNDS: usize = 20;
 /// A round that moves the centre less than this is the last.

@@ -64,7 +64,6 @@ fn run(arguments: &Arguments) -> Result<()> {
     };
     let settings = Settings {
         specimens: arguments.specimens,
-        dataset_scans: arguments.specimens,
         dataset: arguments.dataset.clone(),
         scans: parameters,
         seed: arguments.seed,

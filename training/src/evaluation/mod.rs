@@ -6,7 +6,7 @@ mod test;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use classifier::Model;
+use classifier::{Model, Output};
 use serde::Serialize;
 
 pub use known::Known;
@@ -36,10 +36,8 @@ pub struct Evaluation {
 /// What to measure on.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Specimens of each of the repository's own objects, and of each stranger.
+    /// Specimens of each of the repository's own objects, of each of a dataset, and of each stranger.
     pub specimens: usize,
-    /// Scans of each object of a dataset.
-    pub dataset_scans: usize,
     /// A folder that generate_dataset made.
     pub dataset: Option<PathBuf>,
     /// How scans vary.
@@ -58,55 +56,36 @@ pub fn evaluate(
     finished: impl Fn() + Sync,
 ) -> Result<Evaluation> {
     let metadata = model.metadata().clone();
-    let simulate = |labelled: &[Labelled]| {
-        simulate(
-            labelled,
-            &settings.scans,
-            &metadata,
-            settings.seed,
-            &finished,
-        )
-    };
-    let own = own_classes(&metadata.labels, settings.specimens);
-    let mut tests = Vec::new();
-    let mut known_scores = Vec::new();
-    if !own.is_empty() {
-        let (of, seed) = (settings.specimens, settings.seed);
-        let data = format!("parametric objects, {of} specimens a class, seed {seed}");
-        let samples = simulate(&own)?;
+    let (count, seed) = (settings.specimens, settings.seed);
+    let mut measure = |labelled: &[Labelled]| -> Result<(Samples, Vec<Output>)> {
+        let samples = simulate(labelled, &settings.scans, &metadata, seed, &finished)?;
         let answers = answers(model, &samples)?;
-        tests.extend(test::by_view(&data, &metadata, &samples, &answers));
-        known_scores.extend(answers.into_iter().map(|answer| answer.known_score));
-    }
+        Ok((samples, answers))
+    };
+    let scores = |answers: &[Output]| answers.iter().map(|answer| answer.known_score).collect();
+    let mut tests = Vec::new();
+
+    let (samples, answers) = measure(&own_classes(&metadata.labels, count))?;
+    let data = format!("parametric objects, {count} specimens a class, seed {seed}");
+    tests.extend(test::by_view(&data, &metadata, &samples, &answers));
+    let known_scores = scores(&answers);
     if let Some(folder) = &settings.dataset {
-        let labelled = dataset_classes(folder, &metadata.labels, settings.dataset_scans)?;
-        let of = settings.dataset_scans;
-        let data = format!("{}, {of} meshes a class", folder.display());
-        let samples = simulate(&labelled)?;
-        tests.extend(test::by_view(
-            &data,
-            &metadata,
-            &samples,
-            &answers(model, &samples)?,
-        ));
+        let (samples, answers) = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
+        let data = format!("{}, {count} meshes a class", folder.display());
+        tests.extend(test::by_view(&data, &metadata, &samples, &answers));
     }
-    let strangers = Labelled::strangers(metadata.labels.len() as u32, settings.specimens);
-    let samples = simulate(&strangers)?;
-    let strangers = answers(model, &samples)?;
-    let stranger_scores = strangers
-        .into_iter()
-        .map(|answer| answer.known_score)
-        .collect();
+    let (_, strangers) = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
+    let known = Known::of(known_scores, scores(&strangers), metadata.known_threshold);
     Ok(Evaluation {
         model_id: metadata.run_id.clone(),
         network: metadata.network_version.clone(),
         provider: model.provider().to_owned(),
         tests,
-        known: Known::of(known_scores, stranger_scores, metadata.known_threshold),
+        known,
     })
 }
 
-fn answers(model: &mut Model, samples: &Samples) -> Result<Vec<classifier::Output>> {
+fn answers(model: &mut Model, samples: &Samples) -> Result<Vec<Output>> {
     let metres_per_unit = model.metadata().metres_per_unit;
     let inputs = (0..samples.len()).map(|index| samples.input(index, metres_per_unit));
     inputs.map(|input| Ok(model.infer(&input)?)).collect()
