@@ -36,6 +36,7 @@ services! {
     CropCloud(RegisteredCloud, ObjectCloud);
     ClassifyCloud(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, Classification);
     HoldObject();
+    CalibrateCameraMount(rosrust_msg::geometry_msgs::Transform, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Quaternion);
 }
 
 fn part(source: &'static str, index: usize) -> &'static str {

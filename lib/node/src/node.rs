@@ -142,15 +142,20 @@ impl Node {
         E: Display,
     {
         let resolved: P = parameters::resolve(&rosrust::name(), parameters::read()?, validate)?;
-        parameters::write_back(&resolved);
-        let again = resolved.clone();
-        *self
+        self.change_parameters(&resolved);
+        Ok(resolved)
+    }
+
+    /// Shows on the parameter server what is in force from now on. The node starts with it again when it is respawned.
+    pub fn change_parameters<P: Serialize + Clone + Send + 'static>(&self, in_force: &P) {
+        parameters::write_back(in_force);
+        let again = in_force.clone();
+        let mut restore = self
             .shared
             .restore
             .lock()
-            .unwrap_or_else(PoisonError::into_inner) =
-            Some(Box::new(move || parameters::write_back(&again)));
-        Ok(resolved)
+            .unwrap_or_else(PoisonError::into_inner);
+        *restore = Some(Box::new(move || parameters::write_back(&again)));
     }
 
     /// Publishes on `topic`, keeping `queue` messages for slow subscribers.

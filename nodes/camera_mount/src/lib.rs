@@ -1,4 +1,10 @@
-//! Where the camera sits on the robot's head.
+//! Where the camera sits on the robot's head, and how to find out.
+
+pub mod calibration;
+pub mod file;
+mod parameters;
+
+pub use parameters::SweepParameters;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use parameter::{ParameterError, in_range};
@@ -16,6 +22,8 @@ pub struct CameraMount {
     pub translation_m: [f64; 3],
     /// Roll, pitch and yaw of the camera in the parent frame, radians; positive pitch looks down.
     pub rotation_rpy_rad: [f64; 3],
+    /// How it is calibrated.
+    pub calibration: SweepParameters,
 }
 
 impl Default for CameraMount {
@@ -26,6 +34,7 @@ impl Default for CameraMount {
             child_frame: "camera_link".into(),
             translation_m: [0.12839, 0.0, 0.06368],
             rotation_rpy_rad: [0.0, 0.17977, 0.0],
+            calibration: SweepParameters::default(),
         }
     }
 }
@@ -52,7 +61,8 @@ impl CameraMount {
             self.rotation_rpy_rad,
             std::f64::consts::TAU,
             "rad",
-        )
+        )?;
+        self.calibration.validate()
     }
 
     /// parent_from_camera.
@@ -62,6 +72,16 @@ impl CameraMount {
             Translation3::from(self.translation_m),
             UnitQuaternion::from_euler_angles(roll, pitch, yaw),
         )
+    }
+
+    /// The same mount at another place.
+    pub fn moved_to(&self, parent_from_camera: &Isometry3<f64>) -> Self {
+        let (roll, pitch, yaw) = parent_from_camera.rotation.euler_angles();
+        Self {
+            translation_m: parent_from_camera.translation.vector.into(),
+            rotation_rpy_rad: [roll, pitch, yaw],
+            ..self.clone()
+        }
     }
 }
 
@@ -77,6 +97,14 @@ mod tests {
         let view = mount.parent_from_camera() * Vector3::x();
         assert!(view.x > 0.98 && view.y.abs() < 1e-12);
         assert!((view.z.asin() + 10.3_f64.to_radians()).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_moved_mount_is_where_it_was_moved_to() {
+        let place = Isometry3::new(Vector3::new(0.1, -0.02, 0.05), Vector3::new(0.3, 0.2, -0.1));
+        let moved = CameraMount::default().moved_to(&place).parent_from_camera();
+        assert!((moved.inverse() * place).rotation.angle() < 1e-9);
+        assert!((moved.translation.vector - place.translation.vector).norm() < 1e-12);
     }
 
     #[test]

@@ -8,7 +8,8 @@ use nalgebra::Isometry3;
 use node::Transforms;
 use node::transforms::TransformError;
 use sim_camera::{
-    D435I, DepthImage, Held, HeldError, Noise, Parameters, Placement, Playback, Renderer, Scene,
+    D435I, DepthImage, Held, HeldError, Mount, Noise, Parameters, Placement, Playback, Renderer,
+    Scene,
 };
 
 use crate::messages;
@@ -30,6 +31,7 @@ pub enum Source {
 pub struct Simulated {
     scene: Arc<Mutex<Scene>>,
     transforms: Transforms,
+    mount: Mount,
     renderer: Renderer,
     noise: Option<Noise>,
 }
@@ -41,7 +43,7 @@ pub fn hold(held: &Held, squeeze_m: f64, seed: u64) -> Result<Scene, HeldError> 
 }
 
 impl Source {
-    /// A camera that looks at `scene` from where TF says.
+    /// A camera that looks at `scene` from its mount on the robot.
     pub fn simulated(
         scene: Arc<Mutex<Scene>>,
         transforms: Transforms,
@@ -55,6 +57,7 @@ impl Source {
         Ok(Self::Simulated(Box::new(Simulated {
             scene,
             transforms,
+            mount: parameters.mount.clone(),
             renderer,
             noise,
         })))
@@ -74,20 +77,21 @@ impl Source {
 
 impl Simulated {
     async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
-        let camera = messages::CAMERA_FRAME;
-        let camera_from_hand = self
+        let parent = &self.mount.parent_frame;
+        let parent_from_hand = self
             .transforms
-            .wait(camera, HAND_FRAME, stamp, PATIENCE)
+            .wait(parent, HAND_FRAME, stamp, PATIENCE)
             .await?;
         let scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
-        let optical_from_camera = messages::camera_from_optical().inverse();
+        let optical_from_parent =
+            (self.mount.parent_from_camera() * messages::camera_from_optical()).inverse();
         // Arm and wall are only background: without their transforms they are left out.
         let pose = |frame: &str| -> Option<Isometry3<f64>> {
-            let camera_from_frame = self.transforms.lookup(camera, frame, stamp).ok()?;
-            Some(optical_from_camera * camera_from_frame)
+            let parent_from_frame = self.transforms.lookup(parent, frame, stamp).ok()?;
+            Some(optical_from_parent * parent_from_frame)
         };
         let placement = Placement {
-            camera_from_hand: optical_from_camera * camera_from_hand,
+            camera_from_hand: optical_from_parent * parent_from_hand,
             camera_from_links: scene.links.iter().map(|link| pose(&link.frame)).collect(),
             camera_from_base: pose(BASE_FRAME),
         };

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use sim_camera::{DepthImage, Intrinsics};
 
 /// The camera's body frame (x forward, y left, z up); where it is mounted is said elsewhere.
-pub const CAMERA_FRAME: &str = "camera_link";
+const CAMERA_FRAME: &str = "camera_link";
 const DEPTH_FRAME: &str = "camera_depth_frame";
 const OPTICAL_FRAME: &str = "camera_depth_optical_frame";
 

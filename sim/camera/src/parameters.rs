@@ -8,6 +8,7 @@ use sim_deform::SQUEEZE_MAX_M;
 use sim_objects::ObjectClass;
 
 use crate::held::Held;
+use crate::mount::Mount;
 use crate::noise::NoiseParameters;
 use crate::playback::CaptureFrame;
 
@@ -25,6 +26,8 @@ pub struct Parameters {
     pub noise: bool,
     /// How good the camera is, where there is noise.
     pub noise_model: NoiseParameters,
+    /// Where the camera really sits, whatever TF believes.
+    pub mount: Mount,
     /// Folder of recorded captures to play instead of rendering; empty: render.
     pub captures: PathBuf,
     /// Axes of the captures.
@@ -53,6 +56,7 @@ impl Default for Parameters {
             seed: 1,
             noise: true,
             noise_model: NoiseParameters::default(),
+            mount: Mount::default(),
             captures: PathBuf::new(),
             captures_frame: CapturesFrame::Auto,
             rate_hz: 30.0,
@@ -70,7 +74,8 @@ impl Parameters {
         }
         in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
         in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
-        self.noise_model.validate()
+        self.noise_model.validate()?;
+        self.mount.validate()
     }
 
     /// The object in the hand at the start.

@@ -1,0 +1,146 @@
+//! The linear equations of one step: how far each point of a view is from another view's surface, and which motion of
+//! the mount would bring it there.
+
+use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+
+use super::surface::Surface;
+use super::{prior_scale, turn_and_shift};
+
+/// Cosine of the largest angle between the normals of a pair.
+const ALIKE: f64 = 0.8;
+/// Distances beyond this count less and less, m: twice a D435i's noise at half a metre.
+const ROBUST_M: f64 = 0.0015;
+/// Surfaces nearer than this lie on each other, m: four times a D435i's noise at half a metre.
+const AGREEMENT_M: f64 = 0.003;
+/// A point whose neighbour lies farther aside than this hangs over the edge of what the other view has seen, m.
+const ASIDE_M: f64 = 0.004;
+/// A camera's errors are alike over a patch of its image: so many patches speak for themselves.
+const PATCHES_PER_VIEW: f64 = 30.0;
+
+/// Sums over all pairs of points of all pairs of views.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Equations {
+    information: Matrix6<f64>,
+    pull: Vector6<f64>,
+    weight: f64,
+    square_sum: f64,
+    pairs: usize,
+    agreeing: usize,
+    views: usize,
+}
+
+impl Equations {
+    /// Matches each view of a sweep with each other one of it, with the mount moved by `found`.
+    pub(super) fn gather(sweeps: &[Vec<Surface>], found: &Isometry3<f64>, reach_m: f32) -> Self {
+        let mut equations = Self::default();
+        for sweep in sweeps {
+            equations.views += sweep.len();
+            for (index, to) in sweep.iter().enumerate() {
+                for from in sweep
+                    .iter()
+                    .enumerate()
+                    .filter(|(other, _)| *other != index)
+                {
+                    equations.add_views(from.1, to, found, reach_m);
+                }
+            }
+        }
+        equations
+    }
+
+    pub(super) fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// The share of the pairs whose surfaces lie on each other.
+    pub(super) fn agreeing(&self) -> f64 {
+        self.agreeing as f64 / self.pairs.max(1) as f64
+    }
+
+    /// Root of the weighted mean square distance, m.
+    pub(super) fn rms_m(&self) -> f64 {
+        (self.square_sum / self.weight.max(f64::MIN_POSITIVE)).sqrt()
+    }
+
+    /// The motion of the mount, beyond `found`, that fits best: turn (rad), shift (m). What the views say nothing about
+    /// stays as it was believed to be.
+    pub(super) fn step(&self, found: &Isometry3<f64>) -> Option<Vector6<f64>> {
+        let scale = self.independent_share();
+        let prior = prior_scale().map(|sigma| sigma.powi(-2));
+        let information = self.information * scale + Matrix6::from_diagonal(&prior);
+        let pull = self.pull * scale - prior.component_mul(&amounts(found));
+        information.cholesky().map(|cholesky| cholesky.solve(&pull))
+    }
+
+    /// Of the motion found.
+    pub(super) fn covariance(&self) -> Matrix6<f64> {
+        let prior = prior_scale().map(|sigma| sigma.powi(-2));
+        let information =
+            self.information * self.independent_share() + Matrix6::from_diagonal(&prior);
+        let covariance = information.cholesky().map(|cholesky| cholesky.inverse());
+        covariance
+            .unwrap_or_else(|| Matrix6::from_diagonal(&prior_scale().map(|sigma| sigma * sigma)))
+    }
+
+    /// Turns sums over pairs into information: independent measurements over the variance of each, a pair.
+    fn independent_share(&self) -> f64 {
+        let variance = (self.rms_m() * self.rms_m()).max(VARIANCE_MIN_M2);
+        self.views as f64 * PATCHES_PER_VIEW / (self.weight.max(1.0) * variance)
+    }
+
+    fn add_views(&mut self, from: &Surface, to: &Surface, found: &Isometry3<f64>, reach_m: f32) {
+        let to_from_from = (to.hand_from_camera * found).inverse() * from.hand_from_camera * found;
+        let turn = to_from_from.rotation.to_rotation_matrix();
+        for (point, normal) in from.points.iter().zip(&from.normals) {
+            let Some(normal) = normal else { continue };
+            let (point, normal) = (point.cast::<f64>(), normal.cast::<f64>());
+            let place = to_from_from * point;
+            let near = to.tree.nearest(&place.cast());
+            let Some(target_normal) = to.normals[near.index] else {
+                continue;
+            };
+            let target_normal: Vector3<f64> = target_normal.cast();
+            let is_alike = (turn * normal).dot(&target_normal) > ALIKE;
+            let gap_m = (to.points[near.index].cast::<f64>() - place).dot(&target_normal);
+            let aside_sq = f64::from(near.distance_sq) - gap_m * gap_m;
+            if is_alike && near.distance_sq < reach_m * reach_m && aside_sq < ASIDE_M * ASIDE_M {
+                // The mount's motion moves the point by itself as seen from there, less itself as seen from here.
+                let normal_there = turn.inverse() * target_normal;
+                let about = point.coords.cross(&normal_there) - place.coords.cross(&target_normal);
+                let along = normal_there - target_normal;
+                self.add(
+                    &Vector6::new(about.x, about.y, about.z, along.x, along.y, along.z),
+                    gap_m,
+                );
+            }
+        }
+    }
+
+    fn add(&mut self, effect: &Vector6<f64>, gap_m: f64) {
+        let weight = 1.0 / (1.0 + (gap_m / ROBUST_M).powi(2));
+        self.information += effect * effect.transpose() * weight;
+        self.pull += effect * (gap_m * weight);
+        self.weight += weight;
+        self.square_sum += weight * gap_m * gap_m;
+        self.pairs += 1;
+        self.agreeing += usize::from(gap_m.abs() < AGREEMENT_M);
+    }
+}
+
+/// No camera is better than this, m²; clouds without noise would give no variance.
+const VARIANCE_MIN_M2: f64 = 1e-8;
+
+/// Turn (rad) and shift (m) as a motion.
+pub(super) fn motion(amounts: &Vector6<f64>) -> Isometry3<f64> {
+    let (turn, shift) = turn_and_shift(amounts);
+    Isometry3::from_parts(
+        Translation3::from(shift),
+        UnitQuaternion::from_scaled_axis(turn),
+    )
+}
+
+/// A motion as turn and shift.
+fn amounts(motion: &Isometry3<f64>) -> Vector6<f64> {
+    let (turn, shift) = (motion.rotation.scaled_axis(), motion.translation.vector);
+    Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
+}

@@ -1,0 +1,230 @@
+//! What turns of the wrist say about where the camera sits.
+//!
+//! While the wrist turns, gripper and object stay one rigid body. Where the mount is off by a motion X, kinematics lay
+//! the views of that body beside each other instead of onto each other; X is what makes them agree. With A the camera's
+//! motion between two views by kinematics and B the one seen, A X = X B (Shiu & Ahmad 1989). Here B is not estimated
+//! first: X itself is fitted to the surfaces of all pairs of views at once, point to plane.
+//!
+//! A single axis does not tell everything: a camera that is turned about the wrist's axis and shifted along it sees the
+//! same. A second sweep with the arm in another pose tells that, too.
+
+mod equations;
+mod surface;
+
+use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
+
+use equations::Equations;
+use surface::Surface;
+
+/// What the camera saw at one wrist angle.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// hand_from_camera as kinematics and the present mount have it.
+    pub hand_from_camera: Isometry3<f64>,
+    /// Points in m in the camera's frame.
+    pub points: Vec<Point3<f32>>,
+}
+
+/// The mount's error, and how well it is known. Turn and shift are in the camera's frame.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// X: the camera where the present mount has it, from the camera where it is.
+    pub believed_from_actual: Isometry3<f64>,
+    /// Covariance of X: three turns (rad), three shifts (m), in the frame of the camera where it is.
+    pub covariance: Matrix6<f64>,
+    /// Motions that the sweeps leave open, as turn (rad) and shift (m) of length one standard deviation. X says nothing
+    /// about them.
+    pub open: Vec<Vector6<f64>>,
+    /// Root mean square distance between the surfaces of two views by the present mount, m.
+    pub before_m: f64,
+    /// The same with X.
+    pub after_m: f64,
+}
+
+/// Why there is no calibration.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// A sweep of fewer than two views.
+    #[error("a sweep needs two views or more, and has {count}")]
+    TooFewViews {
+        /// Its views.
+        count: usize,
+    },
+    /// A view without gripper and object.
+    #[error(
+        "view {number} shows {count} points of gripper and object, {needed} are needed; is the hand in front of the camera?"
+    )]
+    TooFewPoints {
+        /// Which view of all, from 1.
+        number: usize,
+        /// Its points.
+        count: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// Views that never touch.
+    #[error(
+        "the views have no surface in common (only {count} pairs of points): turn the wrist in smaller steps, or measure the mount to {reach_mm:.0} mm first"
+    )]
+    NothingInCommon {
+        /// Pairs found.
+        count: usize,
+        /// How far points are matched, mm.
+        reach_mm: f64,
+    },
+    /// No mount makes the views agree.
+    #[error(
+        "the views do not agree: only {share_percent:.0} % of the surfaces lie on each other, {needed_percent:.0} % are needed; did the object move in the fingers?"
+    )]
+    Disagreement {
+        /// What lies on each other.
+        share_percent: f64,
+        /// What must.
+        needed_percent: f64,
+    },
+}
+
+/// How far a mount measured by hand is off as a rule, about each axis and along it.
+pub const TURN_SIGMA_RAD: f64 = 0.05;
+/// See [`TURN_SIGMA_RAD`].
+pub const SHIFT_SIGMA_M: f64 = 0.02;
+/// Distances over which points are matched, m, and how often: first what may be far off, then what is near.
+const SEARCH: [(f32, usize); 4] = [(0.020, 8), (0.010, 6), (0.005, 6), (0.003, 10)];
+/// Pairs of points without which nothing is said.
+const PAIRS_MIN: usize = 500;
+/// Of the surfaces that face each other this share must lie on each other.
+const AGREEING_MIN: f64 = 0.75;
+/// A motion is open if it is not known to this share of what was known before.
+const OPEN_ABOVE: f64 = 0.15;
+
+/// The error of the mount that makes the views of each sweep agree best. Views of different sweeps are not compared: the
+/// object may have been put into the hand anew.
+///
+/// # Errors
+/// A sweep or view with too little in it, or views that cannot be brought to agree.
+pub fn calibrate(sweeps: &[Vec<View>]) -> Result<Calibration, CalibrationError> {
+    let mut first_number = 1;
+    let mut surfaces = Vec::with_capacity(sweeps.len());
+    for sweep in sweeps {
+        surfaces.push(surfaces_of(sweep, first_number)?);
+        first_number += sweep.len();
+    }
+    let mut found = Isometry3::identity();
+    let mut before_m = None;
+    let mut equations = Equations::default();
+    for (reach_m, steps) in SEARCH {
+        for _ in 0..steps {
+            equations = Equations::gather(&surfaces, &found, reach_m);
+            if equations.pairs() < PAIRS_MIN {
+                return Err(CalibrationError::NothingInCommon {
+                    count: equations.pairs(),
+                    reach_mm: f64::from(1e3 * reach_m),
+                });
+            }
+            before_m.get_or_insert(equations.rms_m());
+            let Some(step) = equations.step(&found) else {
+                break;
+            };
+            found *= equations::motion(&step);
+            if step.norm() < STILL {
+                break;
+            }
+        }
+    }
+    let agreeing = Equations::gather(&surfaces, &found, SEARCH[0].0).agreeing();
+    if agreeing < AGREEING_MIN {
+        return Err(CalibrationError::Disagreement {
+            share_percent: 100.0 * agreeing,
+            needed_percent: 100.0 * AGREEING_MIN,
+        });
+    }
+    let after_m = equations.rms_m();
+    let covariance = equations.covariance();
+    Ok(Calibration {
+        believed_from_actual: found,
+        covariance,
+        open: open_motions(&covariance),
+        before_m: before_m.unwrap_or(after_m),
+        after_m,
+    })
+}
+
+/// A step shorter than this (rad and m together) changes nothing more.
+const STILL: f64 = 1e-6;
+
+fn surfaces_of(sweep: &[View], first_number: usize) -> Result<Vec<Surface>, CalibrationError> {
+    if sweep.len() < 2 {
+        return Err(CalibrationError::TooFewViews { count: sweep.len() });
+    }
+    let numbered = (first_number..).zip(sweep);
+    numbered
+        .map(|(number, view)| {
+            Surface::new(view).map_err(|count| CalibrationError::TooFewPoints {
+                number,
+                count,
+                needed: surface::POINTS_MIN,
+            })
+        })
+        .collect()
+}
+
+/// Turns and shifts in units of what was known before, so that they compare.
+fn prior_scale() -> Vector6<f64> {
+    let (turn, shift) = (TURN_SIGMA_RAD, SHIFT_SIGMA_M);
+    Vector6::new(turn, turn, turn, shift, shift, shift)
+}
+
+fn open_motions(covariance: &Matrix6<f64>) -> Vec<Vector6<f64>> {
+    let scale = Matrix6::from_diagonal(&prior_scale());
+    let inverse = Matrix6::from_diagonal(&prior_scale().map(f64::recip));
+    let eigen = (inverse * covariance * inverse).symmetric_eigen();
+    let motions = eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter());
+    motions
+        .map(|(variance, motion)| (variance.max(0.0).sqrt(), motion))
+        .filter(|(sigma, _)| *sigma > OPEN_ABOVE)
+        .map(|(sigma, motion)| scale * motion * sigma)
+        .collect()
+}
+
+impl Calibration {
+    /// The same, told in another frame `b` that sits fixed on the camera.
+    pub fn seen_from(&self, b_from_camera: &Isometry3<f64>) -> Self {
+        let turn = *b_from_camera.rotation.to_rotation_matrix().matrix();
+        let lever = b_from_camera.translation.vector.cross_matrix() * turn;
+        let mut adjoint = Matrix6::zeros();
+        adjoint.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
+        adjoint.fixed_view_mut::<3, 3>(3, 0).copy_from(&lever);
+        adjoint.fixed_view_mut::<3, 3>(3, 3).copy_from(&turn);
+        Self {
+            believed_from_actual: b_from_camera
+                * self.believed_from_actual
+                * b_from_camera.inverse(),
+            covariance: adjoint * self.covariance * adjoint.transpose(),
+            open: self.open.iter().map(|motion| adjoint * motion).collect(),
+            ..*self
+        }
+    }
+
+    /// Standard deviation of the camera's turn about each of its axes, rad, and of its place along each, m.
+    pub fn sigmas(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let sigmas = self
+            .covariance
+            .diagonal()
+            .map(|variance| variance.max(0.0).sqrt());
+        turn_and_shift(&sigmas)
+    }
+}
+
+/// The two halves of a motion's amounts: rad, m.
+pub fn turn_and_shift(amounts: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        amounts.fixed_rows::<3>(0).into(),
+        amounts.fixed_rows::<3>(3).into(),
+    )
+}
+
+#[cfg(test)]
+mod tests;
