@@ -31,6 +31,14 @@ pub enum RegistrationError {
         /// Number of points.
         count: usize,
     },
+    /// A plane without thickness.
+    #[error(
+        "the view's {count} points lie exactly in one plane; nothing tells where along it they belong, and no camera measures so"
+    )]
+    Planar {
+        /// Number of points.
+        count: usize,
+    },
     /// Coordinates that cannot be in metres.
     #[error("the view is too large: {0}; are its points in metres?")]
     TooLarge(#[source] VoxelError),

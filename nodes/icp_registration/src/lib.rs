@@ -7,7 +7,10 @@
 //! first one was, as in the paper (Sec. VI-C and its reference implementation).
 
 mod align;
+mod check;
 mod closed_form;
+mod correction;
+mod coverage;
 mod error;
 mod evidence;
 mod matching;
@@ -15,13 +18,12 @@ mod model;
 mod mount;
 mod observability;
 mod parameters;
-mod point_to_plane;
 mod point_to_point;
 mod registrar;
 
 pub use error::{RegisterError, RegistrationError};
 pub use evidence::{StopReason, ViewEvidence};
-pub use parameters::{InitialGuess, Parameters};
+pub use parameters::{InitialGuess, Metric, Parameters};
 pub use registrar::{Registrar, register};
 
 #[cfg(test)]

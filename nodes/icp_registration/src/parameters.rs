@@ -13,6 +13,16 @@ pub enum InitialGuess {
     Identity,
 }
 
+/// What registration makes small where it starts from kinematics. From identity it is always the distance between points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Metric {
+    /// The distance of points from the model's surface (Chen and Medioni 1992).
+    Plane,
+    /// The distance between points (Besl and McKay 1992), as in the paper.
+    Point,
+}
+
 /// How views are registered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -28,6 +38,8 @@ pub struct Parameters {
     /// The smallest share of a view's points that must have a neighbour in the model; below, the view is refused.
     pub min_fitness: f64,
 
+    /// Kinematic start: what is made small, the distance to the surface (`plane`) or between points (`point`).
+    pub metric: Metric,
     /// Kinematic start: farthest that a point may be from its neighbour, m.
     pub max_correspondence_m: f64,
     /// Kinematic start: steps at most.
@@ -63,6 +75,7 @@ impl Default for Parameters {
             sample_count: 1000,
             min_points: 100,
             min_fitness: 0.3,
+            metric: Metric::Plane,
             max_correspondence_m: 0.01,
             max_iterations: 30,
             kept_fraction: 0.9,

@@ -1,18 +1,19 @@
 //! Views in, one cloud and the evidence out.
 
-use cloud::normals::Moments;
 use cloud::{transformed, voxel};
 use nalgebra::{Isometry3, Point3};
 use parameter::ParameterError;
 
 use crate::align::Alignment;
+use crate::check::check_points;
+use crate::coverage::Coverage;
 use crate::error::{RegisterError, RegistrationError};
 use crate::evidence::{StopReason, ViewEvidence};
 use crate::model::Model;
 use crate::mount::MountError;
 use crate::observability::Certainty;
 use crate::parameters::{InitialGuess, Parameters};
-use crate::{point_to_plane, point_to_point};
+use crate::{correction, point_to_point};
 
 /// Registers the views of a scan one after the other.
 #[derive(Debug, Clone)]
@@ -20,6 +21,7 @@ pub struct Registrar {
     parameters: Parameters,
     model: Model,
     mount: MountError,
+    coverage: Coverage,
     in_hand_frame: bool,
 }
 
@@ -35,6 +37,7 @@ impl Registrar {
             parameters,
             model,
             mount: MountError::default(),
+            coverage: Coverage::default(),
             in_hand_frame: false,
         })
     }
@@ -46,6 +49,7 @@ impl Registrar {
             self.model = model;
         }
         self.mount = MountError::default();
+        self.coverage = Coverage::default();
         self.in_hand_frame = false;
     }
 
@@ -64,13 +68,19 @@ impl Registrar {
         if self.model.is_empty() {
             self.extend(points, &start)?;
             self.in_hand_frame = in_hand_frame;
-            kinematic.iter().for_each(|pose| self.mount.begin(pose));
+            if let Some(pose) = kinematic {
+                self.mount.begin(&pose);
+                self.cover(points, &start);
+            }
             return Ok(ViewEvidence::first_view(start, points.len()));
         }
         let (evidence, certainty) = self.align(points, start)?;
         // Without kinematics a refused view has no place in the cloud.
         if evidence.accepted || in_hand_frame {
             self.extend(points, &evidence.transform)?;
+        }
+        if in_hand_frame {
+            self.cover(points, &evidence.transform);
         }
         if let (true, Some(pose), Some(certainty)) = (evidence.accepted, kinematic, certainty) {
             self.mount.learn(&pose, &evidence.transform, certainty);
@@ -81,6 +91,12 @@ impl Registrar {
     /// All views in the common frame, one point a voxel, m.
     pub fn cloud(&self) -> Vec<Point3<f32>> {
         self.model.points()
+    }
+
+    /// Over what angle about the hand's axis the views together have seen the surface of what it holds, rad; 0 without
+    /// kinematics.
+    pub fn coverage_rad(&self) -> f64 {
+        self.coverage.angle_rad()
     }
 
     /// Whether the common frame is the hand's; otherwise it is the first view's camera.
@@ -138,7 +154,7 @@ impl Registrar {
                 .model
                 .normals(&model.points)
                 .map_err(RegistrationError::TooLarge)?;
-            point_to_plane::correct(&sample, &model, &normals, &self.parameters)
+            correction::correct(&sample, &model, &normals, &self.parameters)
         } else {
             point_to_point::align(&sample, &model, &self.parameters)
         };
@@ -159,18 +175,26 @@ impl Registrar {
     ) -> Result<Vec<Point3<f32>>, RegistrationError> {
         let mut placed = transformed(start, points);
         if self.in_hand_frame {
-            let (above_m, radius_m) = (
-                self.parameters.rigid_above_m as f32,
-                self.parameters.rigid_radius_m as f32,
-            );
-            placed.retain(|point| {
-                point.z > above_m && point.xy().coords.norm_squared() < radius_m * radius_m
-            });
+            placed.retain(|point| self.turns_with_hand(point));
         }
         let thinned = voxel::downsample(&placed, self.parameters.voxel_m as f32)
             .map_err(RegistrationError::TooLarge)?;
         let step = thinned.len().div_ceil(self.parameters.sample_count).max(1);
         Ok(thinned.into_iter().step_by(step).collect())
+    }
+
+    /// Whether a point of the hand frame belongs to gripper or object.
+    fn turns_with_hand(&self, point: &Point3<f32>) -> bool {
+        let radius_m = self.parameters.rigid_radius_m as f32;
+        point.z > self.parameters.rigid_above_m as f32
+            && point.xy().coords.norm_squared() < radius_m * radius_m
+    }
+
+    fn cover(&mut self, points: &[Point3<f32>], hand_from_camera: &Isometry3<f64>) {
+        let camera = Point3::from(hand_from_camera.translation.vector).cast();
+        let mut placed = transformed(hand_from_camera, points);
+        placed.retain(|point| self.turns_with_hand(point));
+        self.coverage.add(&placed, &camera);
     }
 
     /// Accepts the alignment or says why not.
@@ -265,26 +289,4 @@ pub fn register<'a>(
         })
         .collect::<Result<_, _>>()?;
     Ok((registrar, evidence))
-}
-
-fn check_points(points: &[Point3<f32>], needed: usize) -> Result<(), RegistrationError> {
-    let count = points.len();
-    if count == 0 {
-        return Err(RegistrationError::Empty);
-    }
-    if let Some(index) = points.iter().position(|point| !cloud::is_finite(point)) {
-        return Err(RegistrationError::NotFinite { index });
-    }
-    if count < needed {
-        return Err(RegistrationError::TooFew { count, needed });
-    }
-    let mut moments = Moments::default();
-    // From the first point: far from the origin the products would lose what is small.
-    points
-        .iter()
-        .for_each(|point| moments.add(&(point - points[0]).cast()));
-    match moments.plane() {
-        Some(_) => Ok(()),
-        None => Err(RegistrationError::Collinear { count }),
-    }
 }

@@ -138,6 +138,7 @@ impl Scan {
             complete: self.is_complete(),
             in_hand_frame: self.registrar.in_hand_frame(),
             views: self.views.clone(),
+            coverage: self.registrar.coverage_rad(),
             cloud: msg::cloud::from_points(self.header.clone(), &points),
             timing: self.timing.clone(),
         }

@@ -2,6 +2,7 @@
 
 mod identity;
 mod kinematic;
+mod laws;
 mod real;
 mod refusals;
 pub(crate) mod scene;

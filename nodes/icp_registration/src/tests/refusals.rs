@@ -40,6 +40,11 @@ fn views_without_a_shape_are_refused_by_name() {
         refusal(&[Point3::new(0.1, 0.2, 0.3); 200]),
         RegistrationError::Collinear { count: 200 }
     );
+    let flat: Vec<_> = (0..400)
+        .map(|step| [(step % 20) as f32 * 0.001, (step / 20) as f32 * 0.001])
+        .map(|[x, y]| Point3::new(x, y, 0.3 + 0.4 * x - 0.2 * y))
+        .collect();
+    assert_eq!(refusal(&flat), RegistrationError::Planar { count: 400 });
     let mut bad = block();
     bad[7].y = f32::NAN;
     assert_eq!(refusal(&bad), RegistrationError::NotFinite { index: 7 });

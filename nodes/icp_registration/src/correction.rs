@@ -6,9 +6,9 @@ use crate::align::{Alignment, Fit, Placed};
 use crate::matching::Matcher;
 use crate::model::Searchable;
 use crate::observability::{Certainty, Freedom, Twists};
-use crate::parameters::Parameters;
+use crate::parameters::{Metric, Parameters};
 
-/// Point to plane from where the view is, along determined motions only (Zhang, Kaess and Singh 2016 call it solution
+/// Moves the view from where it is, along determined motions only (Zhang, Kaess and Singh 2016 call it solution
 /// remapping). `None` if the view has no extent or matches no surface.
 pub(crate) fn correct(
     points: &[Point3<f32>],
@@ -62,7 +62,10 @@ struct Equations<'a> {
     twists: &'a Twists,
     max_aside_sq: f32,
     kept_fraction: f64,
+    metric: Metric,
     rows: Vec<Row>,
+    /// What the surfaces determine, whatever the metric: points that slide along a surface would seem to hold it.
+    surface_information: Matrix6<f64>,
     information: Matrix6<f64>,
     pull: Vector6<f64>,
     used: usize,
@@ -77,8 +80,10 @@ struct Surface<'a> {
 struct Row {
     place: Point3<f32>,
     normal: Vector3<f32>,
-    /// How far the surface is from the point, along the normal, m.
-    gap: f32,
+    /// From the point to its neighbour, m.
+    offset: Vector3<f32>,
+    /// What the metric makes small, m.
+    misfit: f32,
 }
 
 impl<'a> Equations<'a> {
@@ -88,7 +93,9 @@ impl<'a> Equations<'a> {
             twists,
             max_aside_sq,
             kept_fraction: parameters.kept_fraction,
+            metric: parameters.metric,
             rows: Vec::with_capacity(capacity),
+            surface_information: Matrix6::zeros(),
             information: Matrix6::zeros(),
             pull: Vector6::zeros(),
             used: 0,
@@ -116,9 +123,19 @@ impl<'a> Equations<'a> {
             let Some(normal) = surface.normals[found.index] else {
                 continue;
             };
-            let gap = (surface.points[found.index] - place).dot(&normal);
+            let offset = surface.points[found.index] - place;
+            let gap = offset.dot(&normal);
             if found.distance_sq - gap * gap <= self.max_aside_sq {
-                self.rows.push(Row { place, normal, gap });
+                let misfit = match self.metric {
+                    Metric::Plane => gap.abs(),
+                    Metric::Point => offset.norm(),
+                };
+                self.rows.push(Row {
+                    place,
+                    normal,
+                    offset,
+                    misfit,
+                });
             }
         }
         self.sum_up();
@@ -129,20 +146,35 @@ impl<'a> Equations<'a> {
         self.used = (self.rows.len() as f64 * self.kept_fraction).ceil() as usize;
         if self.used < self.rows.len() {
             self.rows
-                .select_nth_unstable_by(self.used, |a, b| a.gap.abs().total_cmp(&b.gap.abs()));
+                .select_nth_unstable_by(self.used, |a, b| a.misfit.total_cmp(&b.misfit));
         }
+        self.surface_information = Matrix6::zeros();
         self.information = Matrix6::zeros();
         self.pull = Vector6::zeros();
         for row in &self.rows[..self.used] {
             let effect = self.twists.effect(&row.place, &row.normal);
-            self.information.syger(1.0, &effect, &effect, 1.0);
-            self.pull += effect * f64::from(row.gap);
+            self.surface_information.syger(1.0, &effect, &effect, 1.0);
+            match self.metric {
+                Metric::Plane => self.pull += effect * f64::from(row.offset.dot(&row.normal)),
+                Metric::Point => {
+                    for axis in 0..3 {
+                        let effect = self.twists.effect(&row.place, &Vector3::ith(axis, 1.0));
+                        self.information.syger(1.0, &effect, &effect, 1.0);
+                        self.pull += effect * f64::from(row.offset[axis]);
+                    }
+                }
+            }
         }
-        self.information.fill_upper_triangle_with_lower_triangle();
+        self.surface_information
+            .fill_upper_triangle_with_lower_triangle();
+        match self.metric {
+            Metric::Plane => self.information = self.surface_information,
+            Metric::Point => self.information.fill_upper_triangle_with_lower_triangle(),
+        }
     }
 
     /// `None` with fewer pairs than unknowns.
     fn mean_information(&self) -> Option<Matrix6<f64>> {
-        (self.used >= 6).then(|| self.information / self.used as f64)
+        (self.used >= 6).then(|| self.surface_information / self.used as f64)
     }
 }
