@@ -10,6 +10,10 @@ use thiserror::Error;
 /// Bytes of one message that are taken at most; an uncompressed 848 × 480 cloud has 13 MB.
 pub const MESSAGE_BYTES_MAX: usize = 64 << 20;
 
+/// Elements of arrays whose elements differ in size, in one message, at most. They are larger in memory than on the wire: an
+/// empty string takes 4 bytes there and 24 here.
+pub const ELEMENTS_MAX: usize = 1 << 16;
+
 /// Messages within messages; the definitions in use need 4.
 const DEPTH_MAX: usize = 16;
 
@@ -35,6 +39,8 @@ pub struct Layout(Vec<Item>);
 enum Item {
     /// So many bytes, whatever they say.
     Fixed(usize),
+    /// So many truth values, 0 or 1. rosrust would take other bytes for a `bool` as they are, which is undefined in Rust.
+    Truth(usize),
     /// An array whose length precedes it; a string is one of 1-byte elements.
     Array(Layout),
 }
@@ -58,15 +64,34 @@ impl Layout {
 
     /// Reads exactly one message from `reader` into `bytes`, which grows as bytes arrive, never ahead of them.
     pub fn read(&self, reader: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
+        self.read_counting(reader, bytes, &mut 0)
+    }
+
+    fn read_counting(
+        &self,
+        reader: &mut impl Read,
+        bytes: &mut Vec<u8>,
+        elements: &mut usize,
+    ) -> io::Result<()> {
         for item in &self.0 {
             match item {
                 Item::Fixed(size) => take(reader, *size, bytes)?,
+                Item::Truth(count) => take_truth(reader, *count, bytes)?,
                 Item::Array(element) => {
                     let count = read_length(reader, bytes)?;
-                    match element.fixed_size() {
-                        Some(size) => take(reader, count.saturating_mul(size), bytes)?,
-                        // An element takes bytes, so that the input's end bounds the loop.
-                        None => (0..count).try_for_each(|_| element.read(reader, bytes))?,
+                    match element.0[..] {
+                        [] => {}
+                        [Item::Fixed(size)] => take(reader, count.saturating_mul(size), bytes)?,
+                        [Item::Truth(each)] => {
+                            take_truth(reader, count.saturating_mul(each), bytes)?;
+                        }
+                        _ => {
+                            *elements = elements.saturating_add(count);
+                            check_elements(*elements)?;
+                            for _ in 0..count {
+                                element.read_counting(reader, bytes, elements)?;
+                            }
+                        }
                     }
                 }
             }
@@ -74,19 +99,11 @@ impl Layout {
         Ok(())
     }
 
-    /// Bytes of the message if no part of it has a length of its own.
-    fn fixed_size(&self) -> Option<usize> {
-        match self.0[..] {
-            [] => Some(0),
-            [Item::Fixed(size)] => Some(size),
-            _ => None,
-        }
-    }
-
     /// Appends `item`, joined with the last one where both have fixed sizes.
     fn push(&mut self, item: Item) {
         match (self.0.last_mut(), item) {
             (Some(Item::Fixed(last)), Item::Fixed(size)) => *last += size,
+            (Some(Item::Truth(last)), Item::Truth(count)) => *last += count,
             (_, item) => self.0.push(item),
         }
     }
@@ -144,7 +161,8 @@ fn type_layout(
     depth: usize,
 ) -> Result<Layout, LayoutError> {
     let size = match kind {
-        "bool" | "int8" | "uint8" | "byte" | "char" => 1,
+        "bool" => return Ok(Layout(vec![Item::Truth(1)])),
+        "int8" | "uint8" | "byte" | "char" => 1,
         "int16" | "uint16" => 2,
         "int32" | "uint32" | "float32" => 4,
         "int64" | "uint64" | "float64" | "time" | "duration" => 8,
@@ -185,6 +203,24 @@ fn read_length(reader: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<usize>
     Ok(u32::from_le_bytes(length) as usize)
 }
 
+fn check_elements(elements: usize) -> io::Result<()> {
+    if elements <= ELEMENTS_MAX {
+        return Ok(());
+    }
+    let text = format!("message claims {elements} elements; the limit is {ELEMENTS_MAX}");
+    Err(io::Error::new(io::ErrorKind::InvalidData, text))
+}
+
+/// Any byte but 0 is true, as in C++ and Python.
+fn take_truth(reader: &mut impl Read, count: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
+    let start = bytes.len();
+    take(reader, count, bytes)?;
+    for byte in &mut bytes[start..] {
+        *byte = u8::from(*byte != 0);
+    }
+    Ok(())
+}
+
 fn take(reader: &mut impl Read, size: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
     if bytes.len().saturating_add(size) > MESSAGE_BYTES_MAX {
         let text = format!("message claims {size} more bytes; the limit is {MESSAGE_BYTES_MAX}");
@@ -196,6 +232,51 @@ fn take(reader: &mut impl Read, size: usize, bytes: &mut Vec<u8>) -> io::Result<
         return Err(io::Error::new(io::ErrorKind::UnexpectedEof, text));
     }
     Ok(())
+}
+
+#[cfg(test)]
+pub(crate) mod example {
+    //! Messages as they might come, made of their layout alone.
+
+    use super::{Item, Layout};
+    use rand::RngExt;
+    use rand_pcg::Pcg64Mcg;
+
+    impl Layout {
+        /// Bytes that this layout allows: any numbers, short arrays and strings.
+        pub(crate) fn example(&self, random: &mut Pcg64Mcg, bytes: &mut Vec<u8>) {
+            for item in &self.0 {
+                match item {
+                    Item::Fixed(size) => {
+                        // Zero and one are frequent, so that flags and small counts occur.
+                        let small = random.random_bool(0.5);
+                        let byte = |random: &mut Pcg64Mcg| {
+                            if small {
+                                random.random_range(0..2)
+                            } else {
+                                random.random()
+                            }
+                        };
+                        bytes.extend((0..*size).map(|_| byte(random)));
+                    }
+                    Item::Truth(count) => {
+                        bytes.extend((0..*count).map(|_| random.random_range(0..2)));
+                    }
+                    Item::Array(element) => {
+                        let text = *element == Self(vec![Item::Fixed(1)]);
+                        let count = random.random_range(0..if text { 12 } else { 4 });
+                        bytes.extend(u32::to_le_bytes(count));
+                        for _ in 0..count {
+                            match text {
+                                true => bytes.push(random.random_range(b' '..b'~')),
+                                false => element.example(random, bytes),
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -242,7 +323,7 @@ mod tests {
         let error = layout_of::<msg::sensor_msgs::JointState>()
             .read(&mut &forged[..], &mut bytes)
             .unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
         assert!(bytes.capacity() < 1024);
     }
 
@@ -279,6 +360,25 @@ mod tests {
             Layout::parse(&recursive),
             Err(LayoutError::Recursive(_))
         ));
+    }
+
+    #[test]
+    fn truth_is_zero_or_one() {
+        let layout = Layout::parse("bool a\nbool[2] b\nuint8 c\nbool[] d").unwrap();
+        let sent = [2, 0, 255, 7, 3, 0, 0, 0, 1, 9, 0];
+        let mut bytes = Vec::new();
+        layout.read(&mut &sent[..], &mut bytes).unwrap();
+        assert_eq!(bytes, [1, 0, 1, 7, 3, 0, 0, 0, 1, 1, 0]);
+    }
+
+    #[test]
+    fn many_small_elements_are_too_many() {
+        let layout = Layout::parse("string[] names").unwrap();
+        let count = ELEMENTS_MAX + 1;
+        let mut sent = (count as u32).to_le_bytes().to_vec();
+        sent.resize(4 + 4 * count, 0);
+        let error = layout.read(&mut &sent[..], &mut Vec::new()).unwrap_err();
+        assert!(error.to_string().contains("65537 elements"), "{error}");
     }
 
     #[test]

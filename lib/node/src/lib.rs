@@ -23,6 +23,8 @@ pub mod transforms;
 
 mod clock;
 mod health;
+#[cfg(test)]
+mod hostile;
 mod link;
 mod listener;
 mod logging;

@@ -85,7 +85,7 @@ impl Transforms {
     }
 }
 
-fn insert_all(buffer: &mut TransformBuffer, message: &TFMessage, fixed: bool) {
+pub(crate) fn insert_all(buffer: &mut TransformBuffer, message: &TFMessage, fixed: bool) {
     for entry in &message.transforms {
         match to_isometry(&entry.transform) {
             Some(pose) => buffer.insert(
