@@ -42,7 +42,7 @@ test-cluster: build
 bench: build
 	source setup/environment
 	$(PYTHON) tests/bench
-	setup/install python3-venv
+	setup/install python3-venv libusb-1.0-0 libgl1 libgomp1
 	$(PYTHON) tests/peers/arap
 	$(PYTHON) tests/peers/reconstruct
 	$(PYTHON) tests/peers/dataset
