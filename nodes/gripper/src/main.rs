@@ -11,7 +11,7 @@ use gripper::{RobotState, Task};
 use msg::baxter_core_msgs::{AssemblyState, EndEffectorCommand, EndEffectorState};
 use msg::deformable_cobot::{Grasp, GraspReq, GraspRes};
 use msg::reflex_msgs;
-use node::{Expect, Latch, Node};
+use node::{Caller, Expect, Latch, Node};
 use shell::{Ending, Shell};
 use tokio::runtime::Handle;
 
@@ -66,9 +66,9 @@ where
         }
     })?;
     let runtime = Handle::current();
-    let _service = node.serve::<Grasp>("grasp", {
+    let _service = node.serve_caller::<Grasp>("grasp", {
         let shell = Arc::clone(&shell);
-        move |request| Ok(runtime.block_on(grasp(&shell, request)))
+        move |request, caller| Ok(runtime.block_on(grasp(&shell, request, &caller)))
     })?;
     let health = node.health();
     tokio::select! {
@@ -79,9 +79,13 @@ where
     Ok(())
 }
 
-async fn grasp<H: Hand, M: msg::Message>(shell: &Shell<H, M>, request: GraspReq) -> GraspRes {
+async fn grasp<H: Hand, M: msg::Message>(
+    shell: &Shell<H, M>,
+    request: GraspReq,
+    caller: &Caller,
+) -> GraspRes {
     let ending = match Task::new(&request.command, request.width, request.force) {
-        Ok(task) => shell.grasp(task).await,
+        Ok(task) => shell.grasp(task, caller).await,
         Err(refusal) => Ending::Refused(refusal),
     };
     let (outcome, error) = match ending {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use gripper::{GraspError, Grasped, Hand, Parameters, RobotWatch, Step, Task};
 use msg::Message;
-use node::{Health, Level, Publisher};
+use node::{Caller, Health, Level, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval};
 
@@ -63,8 +63,8 @@ impl<H: Hand, M: Message> Shell<H, M> {
         self.robot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Carries `task` out and returns once it has ended.
-    pub async fn grasp(&self, task: Task) -> Ending {
+    /// Carries `task` out and returns once it has ended. Nothing moves without a caller that waits for it.
+    pub async fn grasp(&self, task: Task, caller: &Caller) -> Ending {
         let Ok(_grasping) = self.grasping.try_lock() else {
             return Ending::Refused(GraspError::Busy);
         };
@@ -76,6 +76,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
             // In this order, so that no command follows an order to stop.
             biased;
             _ = shutdown.wait_for(|down| *down) => Err(GraspError::Shutdown),
+            () = caller.gone() => Err(GraspError::CallerGone),
             ended = self.carry_out() => ended,
         };
         match ended {
