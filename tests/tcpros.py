@@ -3,6 +3,7 @@
 import socket
 import struct
 import threading
+import xmlrpc.client
 import xmlrpc.server
 
 import rosgraph
@@ -101,3 +102,26 @@ class MuteService:
         # A probe is answered, so that the caller takes the service for a living one; then silence.
         read_frame(connection)
         connection.sendall(header(callerid='/mute_service', md5sum='*', type='*'))
+
+
+class StalledSubscriber:
+    """Subscribes to a topic of one node and never reads a message."""
+
+    def __init__(self, topic, kind, publisher, name='/stalled_subscriber'):
+        uri = rosgraph.Master(name).lookupNode(publisher)
+        _, _, (_, host, port) = xmlrpc.client.ServerProxy(uri).requestTopic(name, topic, [['TCPROS']])
+        self.connection = socket.socket()
+        # As little room as the system allows, so that it is soon full.
+        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+        self.connection.connect((host, port))
+        self.connection.sendall(header(callerid=name, topic=topic, type=kind._type, md5sum=kind._md5sum,
+                                       message_definition=kind._full_text, tcp_nodelay='1'))
+        read_frame(self.connection)
+
+
+class MuteCaller:
+    """Connects to a service and says nothing."""
+
+    def __init__(self, service, name='/mute_caller'):
+        host, port = rosgraph.Master(name).lookupService(service).split('//')[1].rstrip('/').split(':')
+        self.connection = socket.create_connection((host, int(port)))

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-# Firmware 1.2.0's sums, from Rethink's own package.
+# The sums of Rethink's own package (firmware 1.2.0), and below of the ReFlex hand's.
 BAXTER_SUMS = {
     'AssemblyState': '356d9dd237ce73b2667da9235f541933',
     'CollisionAvoidanceState': '30f5cb8ae019f1ffe8b599e6d2e589c7',
@@ -19,6 +19,13 @@ BAXTER_SUMS = {
     'HeadPanCommand': '23b8a3f4b7ee9de7099d029e57660a8c',
     'HeadState': '71c43b264307205358e7e49be5601348',
     'JointCommand': '19bfec8434dd568ab3c633d187c36f2e',
+}
+
+REFLEX_SUMS = {
+    'Finger': 'b5232f74e901b48063f64cfc32aefbe0',
+    'Hand': '5328a4ca4ff4a136db2555c3178a3e1b',
+    'Motor': '66d6779b4fae4b7b68e0863263c3993c',
+    'PoseCommand': 'ec8e01f7c46594906539a78e3918a7c2',
 }
 
 # Presses TAB behind the words: complete FUNCTION WORD...
@@ -84,11 +91,12 @@ def test_messages_are_shown(shell, checkout):
 
 
 @pytest.mark.built
-def test_baxter_messages_are_known_to_python_with_the_sums_of_the_robot(checkout):
+@pytest.mark.parametrize('package, expected', [('baxter_core_msgs', BAXTER_SUMS), ('reflex_msgs', REFLEX_SUMS)])
+def test_messages_of_the_hardware_are_known_to_python_with_its_sums(checkout, package, expected):
     import roslib.message
-    sums = {file.stem: roslib.message.get_message_class(f'baxter_core_msgs/{file.stem}')._md5sum
-            for file in (checkout / 'msg' / 'baxter_core_msgs' / 'msg').glob('*.msg')}
-    assert sums == BAXTER_SUMS
+    sums = {file.stem: roslib.message.get_message_class(f'{package}/{file.stem}')._md5sum
+            for file in (checkout / 'msg' / package / 'msg').glob('*.msg')}
+    assert sums == expected
 
 
 @pytest.mark.built

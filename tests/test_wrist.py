@@ -12,6 +12,7 @@ from std_msgs.msg import Bool
 
 from graph import Listener, within
 from processes import wait_until
+from tcpros import MuteCaller, StalledSubscriber
 
 COMMANDS = '/robot/limb/left/joint_command'
 W2 = 'left_w2'
@@ -20,10 +21,11 @@ W2 = 'left_w2'
 class Wrist:
     """What the robot's W2 does, and the service that turns it."""
 
-    def __init__(self):
+    def __init__(self, joint=W2):
         from deformable_cobot.srv import RotateWrist
+        self.joint = joint
         self.angle_rad = None
-        self.commands = Listener(COMMANDS, clock=time.monotonic)
+        self.commands = Listener(COMMANDS.replace('left', joint.split('_')[0]), clock=time.monotonic)
         self.states = rospy.Subscriber('/robot/joint_states', JointState, self._note)
         rospy.wait_for_service('rotate_wrist', 20)
         self.turn = rospy.ServiceProxy('rotate_wrist', RotateWrist)
@@ -32,8 +34,8 @@ class Wrist:
         self.commands.all()
 
     def _note(self, message):
-        if W2 in message.name:
-            self.angle_rad = message.position[message.name.index(W2)]
+        if self.joint in message.name:
+            self.angle_rad = message.position[message.name.index(self.joint)]
 
     def start_turn(self, angle_rad):
         """Begins a turn; returns when the wrist moves. The result is the list's later only element."""
@@ -47,8 +49,20 @@ class Wrist:
                 results.append(error)
 
         threading.Thread(target=turn, daemon=True).start()
-        wait_until(lambda: abs(self.angle_rad - begin) > 0.1, 5, 'motion', period_s=0.005)
+        self.moves(begin)
         return results
+
+    def moves(self, begin):
+        """Waits until the wrist has left the angle `begin`."""
+        wait_until(lambda: abs(self.angle_rad - begin) > 0.1, 10, 'motion', period_s=0.005)
+
+    def stops(self, within_s):
+        """Fails unless the wrist is still so soon; returns its angle."""
+        time.sleep(within_s)
+        at = self.angle_rad
+        time.sleep(0.3)
+        assert abs(self.angle_rad - at) < 1e-3, 'it moves on'
+        return at
 
     def rests(self):
         """Waits until the wrist is still; returns its angle."""
@@ -112,6 +126,63 @@ def test_another_commander_is_noticed(wrist):
     Master('/intruder').registerPublisher(COMMANDS, 'baxter_core_msgs/JointCommand', 'http://127.0.0.1:1/')
     answer = within(5, 'rotate_wrist', lambda: wrist.turn(0.6))
     assert not answer.success and '/intruder' in answer.error
+
+
+def test_a_caller_that_is_killed_stops_the_wrist(wrist, core):
+    begin = wrist.angle_rad
+    caller = core.run('rosservice', 'call', '/rotate_wrist', '2.9')
+    wrist.moves(begin)
+    caller.process.kill()
+    assert begin < wrist.stops(within_s=0.5) < 2.0
+    assert wrist.turn(0.3).success, 'it serves the next caller'
+
+
+def test_a_mute_caller_keeps_nobody_from_the_service(wrist):
+    callers = [MuteCaller('/rotate_wrist') for _ in range(5)]
+    assert within(5, 'rotate_wrist', lambda: wrist.turn(0.3)).success
+    wait_until(lambda: callers[0].connection.recv(1) == b'', 10, 'the end of a connection that says nothing')
+
+
+def test_a_subscriber_that_freezes_the_commands_is_noticed(start):
+    """The writer waits for who does not read, once all buffers are full; many commands a second fill them sooner."""
+    from baxter_core_msgs.msg import JointCommand
+    start('sim_baxter')
+    start('wrist_rotator', _rate_hz='1000.0')
+    wrist = Wrist()
+    stalled = StalledSubscriber(COMMANDS, JointCommand, '/wrist_rotator')
+    answers = []
+
+    def turn():
+        answers.append(within(20, 'rotate_wrist', lambda: wrist.turn(3.0 if len(answers) % 2 else -3.0)))
+        return not answers[-1].success
+
+    wait_until(turn, 90, 'a turn that the arm does not follow')
+    assert 'does not receive its commands' in answers[-1].error
+    stalled.connection.close()
+    wait_until(lambda: wrist.turn(0.0).success, 20, 'a turn once it is gone')
+
+
+def test_a_step_at_the_slow_speed_ratio_takes_1_2_s(wrist):
+    """From the call to the answer, rest included; the robot's default ratio of 0.3."""
+    took_s = []
+    for target_rad in (0.6, 0.0, 0.6):
+        begin = time.monotonic()
+        assert wrist.turn(target_rad).success
+        took_s.append(time.monotonic() - begin)
+    print(f'0.6 rad took {", ".join(f"{each:.2f}" for each in took_s)} s')
+    assert min(took_s) <= 1.2
+
+
+def test_the_right_wrist(start):
+    start('sim_baxter')
+    start('wrist_rotator', _side='right')
+    wrist = Wrist('right_w2')
+    left = Listener(COMMANDS)
+    answer = wrist.turn(0.5)
+    assert answer.success, answer.error
+    assert abs(wrist.angle_rad - 0.5) < 0.0088
+    names = wrist.commands.all()[0][1]
+    assert left.all() == [] and names
 
 
 def test_a_stall_is_not_made_up_for(wrist):

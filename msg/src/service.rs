@@ -37,6 +37,7 @@ services! {
     ClassifyCloud(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, Classification);
     HoldObject();
     CalibrateCameraMount(rosrust_msg::geometry_msgs::Transform, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Quaternion);
+    Grasp();
 }
 
 fn part(source: &'static str, index: usize) -> &'static str {

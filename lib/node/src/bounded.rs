@@ -2,11 +2,10 @@
 
 use crate::layout::Layout;
 use msg::service::Service;
-use rosrust::{Clock, Message, RosMsg, ServicePair};
+use rosrust::{Clock, Message, RosMsg};
 use std::any::TypeId;
 use std::collections::HashMap;
 use std::io;
-use std::marker::PhantomData;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
@@ -39,10 +38,6 @@ impl<T: Message> Message for Bounded<T> {
     }
 }
 
-/// The service `S` with checked requests and responses.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct BoundedService<S>(PhantomData<S>);
-
 /// A request of `S`.
 pub struct Request<S: Service>(pub S::Request);
 
@@ -65,32 +60,6 @@ impl<S: Service> RosMsg for Response<S> {
     fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
         decode_checked(reader, S::response_definition).map(Response)
     }
-}
-
-impl<S: Service> RosMsg for BoundedService<S> {
-    fn encode<W: io::Write>(&self, _writer: W) -> io::Result<()> {
-        Ok(())
-    }
-    fn decode<R: io::Read>(_reader: R) -> io::Result<Self> {
-        Ok(Self(PhantomData))
-    }
-}
-
-impl<S: Service> Message for BoundedService<S> {
-    fn msg_definition() -> String {
-        S::msg_definition()
-    }
-    fn md5sum() -> String {
-        S::md5sum()
-    }
-    fn msg_type() -> String {
-        S::msg_type()
-    }
-}
-
-impl<S: Service> ServicePair for BoundedService<S> {
-    type Request = Request<S>;
-    type Response = Response<S>;
 }
 
 /// Decodes a `T` whose definition is `definition`, after its lengths were found to fit what arrived.

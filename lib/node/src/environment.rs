@@ -38,7 +38,6 @@ pub enum EnvironmentError {
 ///
 /// rosrust leaks threads with each start that finds no master, so it is asked only once there is one.
 pub fn check() -> Result<(), EnvironmentError> {
-    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
     let argument = |name: &str| std::env::args().any(|argument| argument.starts_with(name));
     if !argument("__ip:=") && !argument("__hostname:=") {
         check_address(
@@ -46,11 +45,26 @@ pub fn check() -> Result<(), EnvironmentError> {
             variable("ROS_HOSTNAME").as_deref(),
         )?;
     }
-    let master = std::env::args()
+    wait_for_master(&master_uri(), Instant::now() + MASTER_WAIT)
+}
+
+/// Where the master is.
+pub(crate) fn master_uri() -> String {
+    std::env::args()
         .find_map(|argument| argument.strip_prefix("__master:=").map(str::to_owned))
         .or_else(|| variable("ROS_MASTER_URI"))
-        .unwrap_or_else(|| "http://localhost:11311".into());
-    wait_for_master(&master, Instant::now() + MASTER_WAIT)
+        .unwrap_or_else(|| "http://localhost:11311".into())
+}
+
+/// Host and port of a URI as ROS writes them: http://HOST:PORT/.
+pub(crate) fn authority(uri: &str) -> Option<&str> {
+    let rest = uri.strip_prefix("http://")?.trim_end_matches('/');
+    let (_, port) = rest.rsplit_once(':')?;
+    port.parse::<u16>().is_ok().then_some(rest)
+}
+
+fn variable(name: &str) -> Option<String> {
+    std::env::var(name).ok().filter(|value| !value.is_empty())
 }
 
 fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), EnvironmentError> {
@@ -68,14 +82,7 @@ fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), Environ
 }
 
 fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
-    let host = uri
-        .strip_prefix("http://")
-        .map(|rest| rest.trim_end_matches('/'))
-        .filter(|host| {
-            host.rsplit_once(':')
-                .is_some_and(|(_, port)| port.parse::<u16>().is_ok())
-        })
-        .ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
+    let host = authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
     loop {
         if TcpStream::connect(host).is_ok() {
             return Ok(());

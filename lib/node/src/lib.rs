@@ -10,7 +10,9 @@
 //! | unregisters before it stops, blocks on the master | [`run`] lets the body stop motion first, and does not wait long |
 //! | registers with the master once | a watch registers again after the master was restarted |
 //! | latching unknown to rosbag | [`Latch::Yes`] repeats each second |
-//! | service calls wait for ever | [`Node::call`] has a deadline |
+//! | service calls wait for ever | [`Node::call`] has a deadline, and hangs up when it is dropped |
+//! | services do not see their callers die | a server of our own, and [`Caller::gone`] |
+//! | one mute caller keeps all others from a service | that server gives each a thread and a time limit |
 //! | no notion of time going back | [`Clock::jumps`], and TF is forgotten |
 //! | address of the computer guessed | [`environment`] requires it |
 //! | a panic ends one callback in silence | the process aborts, roslaunch starts it again |
@@ -21,6 +23,7 @@ pub mod environment;
 pub mod layout;
 pub mod transforms;
 
+mod caller;
 mod clock;
 mod health;
 #[cfg(test)]
@@ -28,13 +31,18 @@ mod hostile;
 mod link;
 mod listener;
 mod logging;
+mod master;
 mod node;
 mod parameters;
 mod publisher;
 mod service;
+mod service_client;
+mod service_server;
 mod subscriber;
 mod supervisor;
+mod tcpros;
 
+pub use caller::Caller;
 pub use clock::Clock;
 pub use health::{Health, Level};
 pub use listener::Transforms;

@@ -1,11 +1,13 @@
 //! A node from start to shutdown.
 
+use crate::caller::Caller;
 use crate::clock::Clock;
 use crate::environment;
 use crate::health::Health;
 use crate::parameters::{self, ParameterError};
 use crate::publisher::{Latch, Publisher};
-use crate::service::{self, CallError, Server};
+use crate::service::{CallError, Server};
+use crate::service_client;
 use crate::subscriber::{Expect, Subscriber};
 use crate::supervisor::{self, Duties, Registry};
 use anyhow::Context;
@@ -192,21 +194,30 @@ impl Node {
         name: &str,
         handler: impl Fn(S::Request) -> Result<S::Response, String> + Send + Sync + 'static,
     ) -> anyhow::Result<Server> {
-        let server = Server::new::<S>(name, handler)
-            .map_err(ros_error)
+        self.serve_caller::<S>(name, move |request, _| handler(request))
+    }
+
+    /// As [`Node::serve`]; `handler` is also told who waits for the answer, so that it can give up when nobody does.
+    pub fn serve_caller<S: Service>(
+        &self,
+        name: &str,
+        handler: impl Fn(S::Request, Caller) -> Result<S::Response, String> + Send + Sync + 'static,
+    ) -> anyhow::Result<Server> {
+        let server = Server::new::<S>(name, Arc::new(handler))
             .with_context(|| format!("cannot offer the service {name}"))?;
         self.shared.registry.add(&server.tended());
         Ok(server)
     }
 
-    /// Calls the service `name` and waits for the answer until `deadline` has passed.
+    /// Calls the service `name` and waits for the answer until `deadline` has passed. Dropped before, it hangs up, and the
+    /// service knows that nobody waits.
     pub async fn call<S: Service>(
         &self,
         name: &str,
         request: S::Request,
         deadline: Duration,
     ) -> Result<S::Response, CallError> {
-        service::call::<S>(name, request, deadline).await
+        service_client::call::<S>(name, request, deadline).await
     }
 
     /// Name of this node, with its namespace.

@@ -52,6 +52,11 @@ impl<T: Message> Publisher<T> {
         Arc::clone(&self.core) as Arc<dyn Tended>
     }
 
+    /// Name of the topic.
+    pub fn topic(&self) -> &str {
+        &self.core.topic
+    }
+
     /// Queues `message` for all subscribers.
     pub fn send(&self, message: T) {
         if self.core.latch == Latch::Yes {

@@ -1,10 +1,12 @@
-//! Services that survive a restarted master, and calls that end by their deadline.
+//! Services that survive a restarted master.
 
-use crate::bounded::{BoundedService, Request};
 use crate::link::Tended;
+use crate::master;
+use crate::service_server::{Handler, ServiceServer};
+use anyhow::Context;
 use msg::service::Service;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use thiserror::Error;
 
 /// Why a service call gave no answer.
@@ -41,36 +43,28 @@ pub struct Server {
     core: Arc<Core>,
 }
 
-type Offer = Box<dyn Fn() -> rosrust::error::Result<rosrust::Service> + Send + Sync>;
-
 struct Core {
+    /// With its namespace.
     name: String,
-    offer: Offer,
-    link: Mutex<Option<rosrust::Service>>,
+    /// Where callers find it.
+    uri: String,
+    server: Mutex<Option<ServiceServer>>,
 }
 
 impl Server {
-    pub(crate) fn new<S: Service>(
-        name: &str,
-        handler: impl Fn(S::Request) -> Result<S::Response, String> + Send + Sync + 'static,
-    ) -> rosrust::error::Result<Self> {
-        let handler = Arc::new(handler);
-        let offer: Offer = Box::new({
-            let name = name.to_owned();
-            move || {
-                let handler = Arc::clone(&handler);
-                rosrust::service::<BoundedService<S>, _>(&name, move |Request(request)| {
-                    handler(request).map(crate::bounded::Response)
-                })
-            }
-        });
-        let link = Mutex::new(Some(offer()?));
+    pub(crate) fn new<S: Service>(name: &str, handler: Arc<Handler<S>>) -> anyhow::Result<Self> {
+        let name = resolved(name)?;
+        let host = rosrust::hostname();
+        let server = ServiceServer::start::<S>(&name, &host, handler)?;
+        let uri = format!("rosrpc://{host}:{}", server.port());
+        let core = Core {
+            name,
+            uri,
+            server: Mutex::new(Some(server)),
+        };
+        master::register_service(&core.name, &core.uri).context("the ROS master")?;
         Ok(Self {
-            core: Arc::new(Core {
-                name: name.into(),
-                offer,
-                link,
-            }),
+            core: Arc::new(core),
         })
     }
 
@@ -79,66 +73,34 @@ impl Server {
     }
 }
 
+/// The name with its namespace, and remapped as this process was told.
+pub(crate) fn resolved(name: &str) -> anyhow::Result<String> {
+    let parameter = rosrust::param(name);
+    let parameter = parameter.with_context(|| format!("'{name}' is no name of a service"))?;
+    Ok(parameter.name().to_owned())
+}
+
 impl Tended for Core {
     fn tend(&self) {}
 
     fn renew(&self) {
-        let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
-        *link = None;
-        match (self.offer)() {
-            Ok(fresh) => *link = Some(fresh),
-            Err(error) => log::error!("cannot offer the service {} again: {error}", self.name),
+        if let Err(error) = master::register_service(&self.name, &self.uri) {
+            log::error!("cannot offer the service {} again: {error}", self.name);
         }
     }
 
     fn close(&self) {
-        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        let mut server = self.server.lock().unwrap_or_else(PoisonError::into_inner);
+        if server.take().is_some()
+            && let Err(error) = master::unregister_service(&self.name, &self.uri)
+        {
+            log::debug!("the service {} stays with the master: {error}", self.name);
+        }
     }
 }
 
-/// Calls the service `name`.
-///
-/// rosrust's client waits for ever on a server that accepts and never answers. The call runs on a thread of its own,
-/// which is left behind at the deadline.
-pub(crate) async fn call<S: Service>(
-    name: &str,
-    request: S::Request,
-    deadline: Duration,
-) -> Result<S::Response, CallError> {
-    let owned = name.to_owned();
-    let work = tokio::task::spawn_blocking(move || call_blocking::<S>(&owned, request, deadline));
-    match tokio::time::timeout(deadline, work).await {
-        Ok(Ok(result)) => result,
-        Ok(Err(panic)) => Err(CallError::Failed {
-            name: name.into(),
-            reason: panic.to_string(),
-        }),
-        Err(_) => Err(CallError::Deadline {
-            name: name.into(),
-            deadline,
-        }),
-    }
-}
-
-fn call_blocking<S: Service>(
-    name: &str,
-    request: S::Request,
-    deadline: Duration,
-) -> Result<S::Response, CallError> {
-    let failed = |reason: String| CallError::Failed {
-        name: name.into(),
-        reason,
-    };
-    let start = Instant::now();
-    // Half of the time to appear, so that an absent service is told from a slow one.
-    rosrust::wait_for_service(name, Some(deadline / 2)).map_err(|_| CallError::Absent {
-        name: name.into(),
-        waited: start.elapsed(),
-    })?;
-    let client = rosrust::client::<BoundedService<S>>(name).map_err(|e| failed(e.to_string()))?;
-    match client.req(&Request(request)) {
-        Ok(Ok(response)) => Ok(response.0),
-        Ok(Err(reason)) => Err(failed(reason)),
-        Err(error) => Err(failed(error.to_string())),
+impl Drop for Core {
+    fn drop(&mut self) {
+        self.close();
     }
 }

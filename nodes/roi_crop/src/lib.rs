@@ -136,11 +136,10 @@ struct Cylinder {
     top_m: f32,
 }
 
-/// Two boxes at ±y.
+/// Two boxes at ±y, open to the outside.
 struct Fingers {
     half_width_m: f32,
     inner_m: f32,
-    outer_m: f32,
     top_m: f32,
 }
 
@@ -203,30 +202,20 @@ impl Cylinder {
 }
 
 impl Fingers {
-    /// With an unknown opening all that is as far out as a finger can be counts: what is behind a finger cannot be
-    /// seen, so hardly a point of the object is lost.
+    /// All that is as far out as a finger counts: what is behind a finger cannot be seen, so hardly a point of the object
+    /// is lost. With an unknown opening so does all that is as far out as a finger can be.
     fn new(parameters: &Parameters, opening_m: Option<f64>) -> Self {
         let margin_m = parameters.finger_margin_m;
-        let (inner_m, outer_m) = match opening_m {
-            Some(opening_m) => (
-                opening_m / 2.0 - margin_m,
-                opening_m / 2.0 + parameters.finger_thickness_m + margin_m,
-            ),
-            None => (parameters.finger_inner_m, f64::INFINITY),
-        };
+        let inner_m = opening_m.map_or(parameters.finger_inner_m, |m| m / 2.0 - margin_m);
         Self {
             half_width_m: (parameters.finger_width_m / 2.0 + margin_m) as f32,
             inner_m: inner_m as f32,
-            outer_m: outer_m as f32,
             top_m: (parameters.gripper_length_m + margin_m) as f32,
         }
     }
 
     fn hold(&self, point: &Point3<f32>) -> bool {
-        let aside_m = point.y.abs();
-        let is_beside = point.x.abs() <= self.half_width_m
-            && aside_m >= self.inner_m
-            && aside_m <= self.outer_m;
+        let is_beside = point.x.abs() <= self.half_width_m && point.y.abs() >= self.inner_m;
         is_beside && point.z <= self.top_m
     }
 }

@@ -2,21 +2,29 @@
 
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use gripper::Gap;
+use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
 use msg::progress::Progress;
 use msg::timing;
 use nalgebra::Point3;
-use node::{Expect, Latch, Node};
+use node::{Expect, Latch, Node, Subscriber};
 use roi_crop::{Crop, CropError, Cropper, Frame, Parameters};
+
+/// Age from which on the fingers may be elsewhere than the gripper last said.
+const OPENING_AGE_MAX: Duration = Duration::from_secs(1);
 
 fn main() -> ExitCode {
     node::run("roi_crop", serve)
 }
 
 async fn serve(node: Node) -> anyhow::Result<()> {
-    let cropper = Arc::new(Cropper::new(node.parameters(Parameters::validate)?)?);
+    let parameters = node.parameters(Parameters::validate)?;
+    let (opening, _fingers) = Opening::listen(&node, &parameters)?;
+    let cropper = Arc::new(Cropper::new(parameters)?);
     let objects = node.publish("object", 16, Latch::Yes)?;
     let clouds = node.publish("object/cloud", 4, Latch::Yes)?;
     let progress = Mutex::new(Progress::default());
@@ -28,7 +36,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             if !progress.advance(id, view_count, registered.complete) {
                 return;
             }
-            let object = cut_out(&cropper, registered);
+            let object = cut_out(&cropper, registered, opening.now_m());
             match &object.error[..] {
                 "" => clouds.send(object.cloud.clone()),
                 error => log::error!("scan {}: {error}", object.scan_id),
@@ -38,15 +46,57 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     })?;
     let _service = node.serve::<CropCloud>("crop_cloud", move |request| {
         Ok(CropCloudRes {
-            object: cut_out(&cropper, request.registered),
+            // Nobody knows when that was, and how far apart the fingers were then.
+            object: cut_out(&cropper, request.registered, None),
         })
     })?;
     node.until_shutdown().await;
     Ok(())
 }
 
+/// How far apart the fingers are.
+#[derive(Clone)]
+struct Opening {
+    gap: Gap,
+    last: Arc<Mutex<Option<(f64, Instant)>>>,
+}
+
+impl Opening {
+    /// Listens to the electric gripper. Where there is none, the opening stays unknown.
+    fn listen(node: &Node, parameters: &Parameters) -> anyhow::Result<(Self, Subscriber)> {
+        let opening = Self {
+            gap: parameters.gap,
+            last: Arc::default(),
+        };
+        let topic = format!(
+            "/robot/end_effector/{}_gripper/state",
+            parameters.side.name()
+        );
+        let link = node.subscribe(&topic, Expect::STATE, {
+            let opening = opening.clone();
+            move |state: EndEffectorState| opening.hear(f64::from(state.position))
+        })?;
+        Ok((opening, link))
+    }
+
+    fn hear(&self, position_percent: f64) {
+        let width_m = self.gap.width_m(position_percent / 100.0);
+        if width_m.is_finite() {
+            let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+            *last = Some((width_m, Instant::now()));
+        }
+    }
+
+    /// In metres, as far as is known now.
+    fn now_m(&self) -> Option<f64> {
+        let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        last.filter(|(_, heard)| heard.elapsed() < OPENING_AGE_MAX)
+            .map(|(width_m, _)| width_m)
+    }
+}
+
 /// The object of a registered cloud; what went wrong before comes through as it is.
-fn cut_out(cropper: &Cropper, registered: RegisteredCloud) -> ObjectCloud {
+fn cut_out(cropper: &Cropper, registered: RegisteredCloud, opening_m: Option<f64>) -> ObjectCloud {
     let mut object = ObjectCloud {
         header: registered.header.clone(),
         scan_id: registered.scan_id.clone(),
@@ -58,7 +108,9 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud) -> ObjectCloud {
         ..Default::default()
     };
     if object.error.is_empty() {
-        let (result, elapsed) = timing::timed("crop", || crop(cropper, &registered, &mut object));
+        let (result, elapsed) = timing::timed("crop", || {
+            crop(cropper, &registered, opening_m, &mut object)
+        });
         object.timing.push(elapsed);
         if let Err(error) = result {
             object.error = format!("roi_crop: {error:#}");
@@ -70,12 +122,13 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud) -> ObjectCloud {
 fn crop(
     cropper: &Cropper,
     registered: &RegisteredCloud,
+    opening_m: Option<f64>,
     object: &mut ObjectCloud,
 ) -> anyhow::Result<()> {
     let decoded = msg::cloud::to_points(&registered.cloud).context("the registered cloud")?;
     object.input_points = decoded.points.len() as u32;
     let frame = if registered.in_hand_frame {
-        Frame::Hand { opening_m: None }
+        Frame::Hand { opening_m }
     } else {
         Frame::Camera
     };

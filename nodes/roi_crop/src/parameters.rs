@@ -1,5 +1,6 @@
 //! What a user can set.
 
+use gripper::{Gap, Side};
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
@@ -20,8 +21,10 @@ pub struct Parameters {
     pub height_m: f64,
     /// Hand frame: width of a finger along x, m; 0 leaves the fingers in.
     pub finger_width_m: f64,
-    /// Hand frame: thickness of a finger along y, m.
-    pub finger_thickness_m: f64,
+    /// Arm whose electric gripper says how far apart the fingers are: left or right.
+    pub side: Side,
+    /// How far apart they are at the ends of their travel, m.
+    pub gap: Gap,
     /// Hand frame: where a finger's inner face may begin, from the axis, m, while the opening is unknown.
     pub finger_inner_m: f64,
     /// Hand frame: how much larger than the fingers the boxes are that are cut out, on each side, m.
@@ -49,7 +52,8 @@ impl Default for Parameters {
             radius_m: 0.09,
             height_m: 0.22,
             finger_width_m: 0.042,
-            finger_thickness_m: 0.0065,
+            side: Side::Left,
+            gap: Gap::default(),
             finger_inner_m: 0.022,
             finger_margin_m: 0.002,
             up_axis: Axis::OPTICAL_UP,
@@ -74,12 +78,7 @@ impl Parameters {
         in_range("radius_m", self.radius_m, 0.01..=1.0, "m")?;
         in_range("height_m", self.height_m, 0.01..=2.0, "m")?;
         in_range("finger_width_m", self.finger_width_m, 0.0..=0.5, "m")?;
-        in_range(
-            "finger_thickness_m",
-            self.finger_thickness_m,
-            0.0..=0.5,
-            "m",
-        )?;
+        self.gap.validate()?;
         in_range("finger_inner_m", self.finger_inner_m, 0.0..=0.5, "m")?;
         in_range("finger_margin_m", self.finger_margin_m, 0.0..=0.05, "m")?;
         in_range("keep_above_m", self.keep_above_m, -100.0..=100.0, "m")?;

@@ -11,7 +11,7 @@ use msg::baxter_core_msgs::{
 };
 use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
-use node::{Expect, Level, Node, Subscriber};
+use node::{Caller, Expect, Level, Node, Subscriber};
 use rotator::Rotator;
 use tokio::runtime::Handle;
 use wrist_rotator::{Guard, Parameters, RobotState};
@@ -32,9 +32,11 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let rotator = Arc::new(Rotator::new(&node, &parameters)?);
     let _subscribers = listen(&node, &rotator, parameters.side.name())?;
     let runtime = Handle::current();
-    let _service = node.serve::<RotateWrist>("rotate_wrist", {
+    let _service = node.serve_caller::<RotateWrist>("rotate_wrist", {
         let rotator = Arc::clone(&rotator);
-        move |RotateWristReq { angle }| Ok(runtime.block_on(rotate(&rotator, angle)))
+        move |RotateWristReq { angle }, caller| {
+            Ok(runtime.block_on(rotate(&rotator, angle, &caller)))
+        }
     })?;
     tokio::select! {
         () = report_health(&node, &rotator, &parameters) => {}
@@ -45,8 +47,8 @@ async fn run(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn rotate(rotator: &Rotator, target_rad: f64) -> RotateWristRes {
-    match rotator.turn(target_rad).await {
+async fn rotate(rotator: &Rotator, target_rad: f64, caller: &Caller) -> RotateWristRes {
+    match rotator.turn(target_rad, caller).await {
         Ok(arrived) => {
             let at_rest = rotator::from_stamp(arrived.at_rest);
             RotateWristRes {

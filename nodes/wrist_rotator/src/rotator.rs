@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use msg::Time;
 use msg::baxter_core_msgs::JointCommand;
 use msg::std_msgs::Float64;
-use node::{Latch, Node, Publisher};
+use node::{Caller, Latch, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use wrist_rotator::{Arrived, Monitor, Motion, MotionError, Parameters, Refusal, Step, W2};
@@ -42,6 +42,9 @@ pub enum TurnError {
         /// How long it was waited for.
         patience: Duration,
     },
+    /// Whoever asked for the turn is gone.
+    #[error("motion stopped: the caller {0} hung up or died")]
+    CallerGone(String),
     /// The node was told to end.
     #[error("motion stopped: the wrist rotator is shutting down")]
     Shutdown,
@@ -89,8 +92,8 @@ impl Rotator {
         self.monitor().snapshot().joints[W2].map(|sample| sample.value.angle_rad)
     }
 
-    /// Turns W2 to `target_rad` and returns once it is at rest there.
-    pub async fn turn(&self, target_rad: f64) -> Result<Arrived, TurnError> {
+    /// Turns W2 to `target_rad` and returns once it is at rest there. Nothing moves without a caller that waits for it.
+    pub async fn turn(&self, target_rad: f64, caller: &Caller) -> Result<Arrived, TurnError> {
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
         let mut shutdown = self.shutdown.subscribe();
         self.ask_for_other_publishers().await;
@@ -105,6 +108,7 @@ impl Rotator {
             // In this order, so that no command follows an order to stop.
             biased;
             _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
+            () = caller.gone() => Err(TurnError::CallerGone(caller.name().into())),
             never = self.watch_other_publishers() => match never {},
             arrived = self.carry_out(motion) => Ok(arrived?),
         }

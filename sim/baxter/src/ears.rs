@@ -5,11 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use msg::baxter_core_msgs::{EndEffectorCommand, HeadPanCommand, JointCommand};
+use msg::reflex_msgs::PoseCommand;
 use msg::std_msgs;
 use node::{Expect, Node, Subscriber};
-use sim_baxter::{GripperCommand, Robot, Side};
+use sim_baxter::{GripperCommand, Hand, Robot, Side};
 
 use crate::Simulation;
+use crate::hand_voice::{electric_base, reflex_base};
 
 /// Clients repeat their commands at 100 Hz; complaints about them need not.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(5);
@@ -19,8 +21,9 @@ pub fn listen(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscr
     let mut subscribers = listen_to_buttons(node, simulation)?;
     for side in Side::BOTH {
         subscribers.extend(listen_to_arm(node, simulation, side)?);
+        subscribers.extend(listen_to_hand(node, simulation, side)?);
     }
-    subscribers.extend(listen_to_head_and_gripper(node, simulation)?);
+    subscribers.push(listen_to_head(node, simulation)?);
     subscribers.extend(listen_to_fate(node, simulation)?);
     Ok(subscribers)
 }
@@ -86,12 +89,37 @@ fn listen_to_arm(
     ])
 }
 
-fn listen_to_head_and_gripper(
+/// The hand's driver, of whichever kind it is.
+fn listen_to_hand(
     node: &Node,
     simulation: &Simulation,
-) -> anyhow::Result<Vec<Subscriber>> {
+    side: Side,
+) -> anyhow::Result<Option<Subscriber>> {
+    let hand = simulation.now().hand(side).clone();
+    Ok(match hand {
+        Hand::None => None,
+        Hand::Electric(_) => Some(on(
+            node,
+            simulation,
+            &format!("{}/command", electric_base(side)),
+            grip(side),
+        )?),
+        Hand::Reflex(_) => Some(on(
+            node,
+            simulation,
+            &format!("{}/command_position", reflex_base(side)),
+            move |robot, pose: PoseCommand| {
+                if let Some(hand) = robot.hand_mut(side).reflex_mut() {
+                    hand.command([pose.f1, pose.f2, pose.f3, pose.preshape]);
+                }
+            },
+        )?),
+    })
+}
+
+fn grip(side: Side) -> impl Fn(&mut Robot, EndEffectorCommand) {
     let complaints = Complaints::default();
-    let grip = move |robot: &mut Robot, command: EndEffectorCommand| {
+    move |robot, command| {
         let EndEffectorCommand {
             id,
             command,
@@ -106,22 +134,19 @@ fn listen_to_head_and_gripper(
             sender,
             sequence,
         };
-        complaints.take(robot.gripper.command(&command));
-    };
+        if let Some(gripper) = robot.hand_mut(side).electric_mut() {
+            complaints.take(gripper.command(&command));
+        }
+    }
+}
+
+fn listen_to_head(node: &Node, simulation: &Simulation) -> anyhow::Result<Subscriber> {
     let turn = |robot: &mut Robot, command: HeadPanCommand| {
         if command.enable_pan_request != HeadPanCommand::REQUEST_PAN_DISABLE {
             robot.command_head(f64::from(command.target), f64::from(command.speed_ratio));
         }
     };
-    Ok(vec![
-        on(node, simulation, "/robot/head/command_head_pan", turn)?,
-        on(
-            node,
-            simulation,
-            "/robot/end_effector/left_gripper/command",
-            grip,
-        )?,
-    ])
+    on(node, simulation, "/robot/head/command_head_pan", turn)
 }
 
 /// Private topics that a real robot has no counterpart for: what people and things do to it.
@@ -172,17 +197,16 @@ fn listen_to_fate(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Su
                 robot.set_collision_objects(Side::Left, objects.into_iter().collect());
             },
         )?,
-        on(
-            node,
-            simulation,
-            "~object_width_m",
-            |robot, width: std_msgs::Float64| {
-                robot
-                    .gripper
-                    .set_object_width(Some(width.data).filter(|width_m| *width_m > 0.0));
-            },
-        )?,
+        on(node, simulation, "~left_object_width_m", hold(Side::Left))?,
+        on(node, simulation, "~right_object_width_m", hold(Side::Right))?,
     ])
+}
+
+fn hold(side: Side) -> impl Fn(&mut Robot, std_msgs::Float64) {
+    move |robot, width| {
+        let width_m = Some(width.data).filter(|width_m| *width_m > 0.0);
+        robot.hand_mut(side).hold(width_m);
+    }
 }
 
 /// Subscribes to `topic` with what the robot does about it.

@@ -107,12 +107,24 @@ impl Gripper {
         self.closed_gap_m + 2.0 * self.finger_position_m()
     }
 
+    /// See [`crate::Hand::hold`].
+    pub(crate) fn hold(&mut self, object_width_m: Option<f64>) {
+        if self.object_width_m == object_width_m {
+            return;
+        }
+        self.set_object_width(object_width_m);
+        if object_width_m.is_some() {
+            self.motion = Motion::None;
+            self.state.position = self.contact_position().clamp(0.0, 100.0);
+            self.grip((0.0..100.0).contains(&self.contact_position()));
+        }
+    }
+
     /// Puts something of that thickness (metres) between the fingers, or takes it away.
     pub fn set_object_width(&mut self, object_width_m: Option<f64>) {
         self.object_width_m = object_width_m;
         if object_width_m.is_none() {
-            self.state.gripping = false;
-            self.state.force = 0.0;
+            self.grip(false);
         }
     }
 
@@ -224,14 +236,18 @@ impl Gripper {
         } else {
             self.state.position = wanted;
         }
-        self.state.gripping = stopped;
-        self.state.force = if stopped {
+        self.grip(stopped);
+        self.state.missed = !stopped && target == 0.0 && self.state.position == 0.0;
+        stopped || self.state.position == target
+    }
+
+    fn grip(&mut self, gripping: bool) {
+        self.state.gripping = gripping;
+        self.state.force = if gripping {
             self.configuration.holding_force
         } else {
             0.0
         };
-        self.state.missed = !stopped && target == 0.0 && self.state.position == 0.0;
-        stopped || self.state.position == target
     }
 
     /// Percent open at which the fingers touch the object; negative infinity without one.

@@ -1,4 +1,4 @@
-//! A simulated Baxter: its kinematics, its arm, its state machine and its electric gripper, without ROS.
+//! A simulated Baxter: its kinematics, its arm, its state machine and its hands, without ROS.
 //!
 //! [`Robot`] is the whole machine. Time enters by [`Robot::step`] alone, so that tests need no clock. It is meant to be as
 //! strict as the real robot: it moves only while enabled, never faster than the joint limits times the speed ratio, and
@@ -8,8 +8,10 @@ mod arm;
 mod assembly;
 mod gripper;
 mod gripper_command;
+mod hand;
 mod kinematics;
 mod parameters;
+mod reflex;
 mod robot;
 mod scan_pose;
 mod sensors;
@@ -20,8 +22,10 @@ pub use arm::{Arm, CommandError, CommandMode};
 pub use assembly::{Assembly, AssemblyState, EstopButton, EstopSource};
 pub use gripper::{Gripper, GripperState};
 pub use gripper_command::{GripperCommand, GripperCommandError};
+pub use hand::{Hand, HandKind};
 pub use kinematics::{Chain, JOINTS_PER_ARM, Kinematics, Side, arm_joint_names};
 pub use parameters::Parameters;
+pub use reflex::{REFLEX_MOTORS, ReflexHand, ReflexMotor};
 pub use robot::Robot;
 pub use scan_pose::{ScanPose, ScanPoseError};
 pub use sensors::JointStates;

@@ -7,9 +7,10 @@
 //! | `~report_error` | Bool | an error that does not stop the robot |
 //! | `~hold_left_cuff`, `~hold_right_cuff` | Bool | a hand on the cuff |
 //! | `~left_collision_object` | String | what collision avoidance sees near the left arm; empty for nothing |
-//! | `~object_width_m` | Float64 | thickness of what is between the gripper's paddles; 0 for nothing |
+//! | `~left_object_width_m`, `~right_object_width_m` | Float64 | puts something so thick into the hand, which closes on it; 0 takes it away |
 
 mod ears;
+mod hand_voice;
 mod voice;
 
 use std::process::ExitCode;
@@ -32,8 +33,8 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let parameters: Parameters = node.parameters(Parameters::validate)?;
     let kinematics = Kinematics::baxter()?;
     let robot = Robot::new(&parameters, &kinematics).context("cannot start in scan_pose")?;
+    let voice = voice::Voice::new(&node, &robot)?;
     let simulation = Simulation::new(robot);
-    let voice = voice::Voice::new(&node)?;
     let _subscribers = ears::listen(&node, &simulation)?;
     let mut ticker = interval(Duration::from_secs_f64(1.0 / parameters.rate_hz));
     ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);

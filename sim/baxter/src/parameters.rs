@@ -3,6 +3,7 @@
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
+use crate::hand::HandKind;
 use crate::scan_pose::ScanPose;
 
 /// Settings, with the defaults of the real robot as far as they are known.
@@ -31,6 +32,10 @@ pub struct Parameters {
     pub velocity_noise_rad_s: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// What is mounted on the left wrist: none, electric or reflex.
+    pub left_hand: HandKind,
+    /// What is mounted on the right wrist.
+    pub right_hand: HandKind,
     /// Gap between the gripper's paddles when closed: narrow fingers in the fourth slot, as in the URDF.
     pub gripper_closed_gap_m: f64,
     /// Is the gripper calibrated at start? A real one is not.
@@ -55,6 +60,8 @@ impl Default for Parameters {
             position_noise_rad: 5e-5,
             velocity_noise_rad_s: 1e-3,
             seed: 1,
+            left_hand: HandKind::Electric,
+            right_hand: HandKind::None,
             gripper_closed_gap_m: 0.054,
             gripper_calibrated: false,
             scan_pose: ScanPose::default(),

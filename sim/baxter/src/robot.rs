@@ -5,8 +5,10 @@ use nalgebra::Isometry3;
 use crate::arm::{Arm, CommandError};
 use crate::assembly::Assembly;
 use crate::gripper::Gripper;
+use crate::hand::{Hand, HandKind};
 use crate::kinematics::{Chain, Kinematics, Side, arm_joint_names, arm_positions};
 use crate::parameters::Parameters;
+use crate::reflex::ReflexHand;
 use crate::scan_pose::ScanPoseError;
 use crate::sensors::{Encoders, JointStates};
 use crate::tracker::{Goal, Tracker};
@@ -26,8 +28,7 @@ const HEAD_ACCELERATION_RAD_S2: f64 = 10.0;
 pub struct Robot {
     /// State machine; its methods are the buttons and the `set_super_*` topics.
     pub assembly: Assembly,
-    /// Electric gripper of the left hand.
-    pub gripper: Gripper,
+    hands: [Hand; 2],
     arms: [Arm; 2],
     head: Tracker,
     head_goal: Goal,
@@ -55,17 +56,22 @@ impl Robot {
             ))
         };
         let finger = kinematics.limits("l_gripper_l_finger_joint")?;
+        let hand = |kind| match kind {
+            HandKind::None => Hand::None,
+            HandKind::Reflex => Hand::Reflex(ReflexHand::default()),
+            HandKind::Electric => Hand::Electric(Gripper::new(
+                parameters.gripper_closed_gap_m,
+                finger.upper - finger.lower,
+                parameters.gripper_calibrated,
+            )),
+        };
         let mut robot = Self {
             assembly: Assembly::new(
                 parameters.enabled,
                 parameters.reports_ready,
                 parameters.enabling_s,
             ),
-            gripper: Gripper::new(
-                parameters.gripper_closed_gap_m,
-                finger.upper - finger.lower,
-                parameters.gripper_calibrated,
-            ),
+            hands: [parameters.left_hand, parameters.right_hand].map(hand),
             arms: [
                 arm(Side::Left, pose.left_arm())?,
                 arm(Side::Right, RIGHT_ARM_AT_REST_RAD)?,
@@ -88,7 +94,9 @@ impl Robot {
                 parameters.velocity_noise_rad_s,
             ),
         };
-        robot.gripper.step(0.0, parameters.enabled);
+        for hand in &mut robot.hands {
+            hand.step(1e-9, parameters.enabled);
+        }
         Ok(robot)
     }
 
@@ -108,6 +116,16 @@ impl Robot {
     /// An arm, for its speed ratio and command timeout.
     pub fn arm_mut(&mut self, side: Side) -> &mut Arm {
         &mut self.arms[side as usize]
+    }
+
+    /// What is mounted on a wrist.
+    pub fn hand(&self, side: Side) -> &Hand {
+        &self.hands[side as usize]
+    }
+
+    /// What is mounted on a wrist, for its commands.
+    pub fn hand_mut(&mut self, side: Side) -> &mut Hand {
+        &mut self.hands[side as usize]
     }
 
     /// A joint command as it arrives: mode, names and numbers (rad or rad/s), for all or some of an arm's joints.
@@ -189,13 +207,14 @@ impl Robot {
         JointStates::new(joints)
     }
 
-    /// The left gripper's one-joint message, which shares the topic with the 17.
-    pub fn finger_joint_states(&self) -> JointStates {
-        JointStates::new([(
-            "l_gripper_l_finger_joint",
-            self.gripper.finger_position_m(),
-            0.0,
-        )])
+    /// An electric gripper's one-joint message, which shares the topic with the 17.
+    pub fn finger_joint_states(&self, side: Side) -> Option<JointStates> {
+        let name = match side {
+            Side::Left => "l_gripper_l_finger_joint",
+            Side::Right => "r_gripper_l_finger_joint",
+        };
+        let gripper = self.hand(side).electric()?;
+        Some(JointStates::new([(name, gripper.finger_position_m(), 0.0)]))
     }
 
     fn step_once(&mut self, dt_s: f64) {
@@ -211,6 +230,8 @@ impl Robot {
             self.head_goal = Goal::Hold;
         }
         self.head.step(self.head_goal, dt_s);
-        self.gripper.step(dt_s, may_move);
+        for hand in &mut self.hands {
+            hand.step(dt_s, may_move);
+        }
     }
 }

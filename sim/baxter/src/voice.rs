@@ -2,13 +2,15 @@
 
 use msg::Time;
 use msg::baxter_core_msgs::{
-    AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState,
-    EndEffectorProperties, EndEffectorState, EndpointState, HeadState,
+    AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState, EndpointState,
+    HeadState,
 };
 use msg::geometry_msgs::{Point, Pose, Quaternion};
 use msg::sensor_msgs::JointState;
 use node::{Latch, Node, Publisher};
-use sim_baxter::{GripperState, JointStates, Robot, Side};
+use sim_baxter::{JointStates, Robot, Side};
+
+use crate::hand_voice::HandVoice;
 
 /// Slow topics are spoken each tenth time.
 const SLOW_DIVISOR: u64 = 10;
@@ -18,10 +20,8 @@ pub struct Voice {
     joint_states: Publisher<JointState>,
     state: Publisher<AssemblyState>,
     head: Publisher<HeadState>,
-    gripper: Publisher<EndEffectorState>,
-    /// Kept: latched.
-    _gripper_properties: Publisher<EndEffectorProperties>,
     arms: [ArmVoice; 2],
+    hands: [HandVoice; 2],
 }
 
 struct ArmVoice {
@@ -33,21 +33,18 @@ struct ArmVoice {
 }
 
 impl Voice {
-    pub fn new(node: &Node) -> anyhow::Result<Self> {
-        let gripper = "/robot/end_effector/left_gripper";
-        let properties = node.publish(&format!("{gripper}/properties"), 1, Latch::Yes)?;
-        properties.send(gripper_properties());
+    pub fn new(node: &Node, robot: &Robot) -> anyhow::Result<Self> {
+        let hand = |side| HandVoice::new(node, side, robot.hand(side));
         Ok(Self {
-            // Two messages a tick share this topic.
+            // Several messages a tick share this topic.
             joint_states: node.publish("/robot/joint_states", 10, Latch::No)?,
             state: node.publish("/robot/state", 10, Latch::No)?,
             head: node.publish("/robot/head/head_state", 10, Latch::No)?,
-            gripper: node.publish(&format!("{gripper}/state"), 10, Latch::No)?,
-            _gripper_properties: properties,
             arms: [
                 ArmVoice::new(node, Side::Left)?,
                 ArmVoice::new(node, Side::Right)?,
             ],
+            hands: [hand(Side::Left)?, hand(Side::Right)?],
         })
     }
 
@@ -55,11 +52,16 @@ impl Voice {
     pub fn speak(&self, robot: &mut Robot, stamp: Time, tick: u64) {
         self.joint_states
             .send(joint_state(robot.joint_states(), stamp));
-        self.joint_states
-            .send(joint_state(robot.finger_joint_states(), stamp));
+        for fingers in Side::BOTH.map(|side| robot.finger_joint_states(side)) {
+            let message = fingers.map(|fingers| joint_state(fingers, stamp));
+            message
+                .into_iter()
+                .for_each(|message| self.joint_states.send(message));
+        }
         self.state.send(assembly_state(robot));
-        self.gripper
-            .send(gripper_state(robot.gripper.state(), stamp));
+        for (side, hand) in Side::BOTH.into_iter().zip(&self.hands) {
+            hand.speak(robot.hand(side), stamp, tick);
+        }
         for arm in &self.arms {
             arm.endpoint.send(endpoint_state(robot, arm.side, stamp));
             if tick.is_multiple_of(SLOW_DIVISOR) {
@@ -168,48 +170,5 @@ fn head_state(robot: &Robot) -> HeadState {
         isTurning: turning,
         isNodding: false,
         isPanEnabled: true,
-    }
-}
-
-fn gripper_state(state: &GripperState, stamp: Time) -> EndEffectorState {
-    EndEffectorState {
-        timestamp: stamp,
-        id: state.id,
-        enabled: state.enabled.into(),
-        calibrated: state.calibrated.into(),
-        ready: state.ready.into(),
-        moving: state.moving.into(),
-        gripping: state.gripping.into(),
-        missed: state.missed.into(),
-        error: state.error.into(),
-        reverse: EndEffectorState::STATE_FALSE,
-        position: state.position as f32,
-        force: state.force as f32,
-        state: String::new(),
-        command: state.command.clone(),
-        command_sender: state.sender.clone(),
-        command_sequence: state.sequence,
-    }
-}
-
-fn gripper_properties() -> EndEffectorProperties {
-    EndEffectorProperties {
-        id: sim_baxter::Gripper::ID,
-        ui_type: EndEffectorProperties::ELECTRIC_GRIPPER,
-        manufacturer: "Rethink Research Robot".into(),
-        product: "SDK End Effector, simulated".into(),
-        serial_number: "0000".into(),
-        hardware_rev: "1.0".into(),
-        firmware_rev: "1.0".into(),
-        firmware_date: "2015/01/01".into(),
-        has_calibration: true,
-        controls_grip: true,
-        senses_grip: true,
-        reverses_grip: false,
-        controls_force: true,
-        senses_force: true,
-        controls_position: true,
-        senses_position: true,
-        properties: String::new(),
     }
 }

@@ -244,7 +244,7 @@ fn joint_states_are_the_17_names_in_order_with_a_little_seeded_noise() {
     let exact = robot(silent).joint_states();
     assert_eq!(exact.positions[e0], -1.435);
     assert_eq!(
-        one.finger_joint_states().names,
+        one.finger_joint_states(Side::Left).unwrap().names,
         ["l_gripper_l_finger_joint"]
     );
 }

@@ -7,16 +7,13 @@ use msg::Time;
 use nalgebra::Isometry3;
 use node::Transforms;
 use node::transforms::TransformError;
-use sim_camera::{
-    D435I, DepthImage, Held, HeldError, Mount, Noise, Parameters, Placement, Playback, Renderer,
-    Scene,
-};
+use sim_camera::{D435I, DepthImage, Mount, Noise, Parameters, Placement, Playback, Renderer};
 
 use crate::messages;
+use crate::world::World;
 
 /// How long an exposure waits for the transforms of its moment.
 const PATIENCE: Duration = Duration::from_millis(200);
-const HAND_FRAME: &str = "left_hand";
 const BASE_FRAME: &str = "base";
 
 /// What the camera sees.
@@ -29,23 +26,19 @@ pub enum Source {
 
 /// A scene, and what turns it into images.
 pub struct Simulated {
-    scene: Arc<Mutex<Scene>>,
+    world: Arc<Mutex<World>>,
+    /// Frames of the arm begin so.
+    side: &'static str,
     transforms: Transforms,
     mount: Mount,
     renderer: Renderer,
     noise: Option<Noise>,
 }
 
-/// The hand with an object, or empty.
-pub fn hold(held: &Held, squeeze_m: f64, seed: u64) -> Result<Scene, HeldError> {
-    let object = held.mesh(squeeze_m, seed)?;
-    Ok(object.map_or_else(Scene::empty_handed, |object| Scene::holding(&object)))
-}
-
 impl Source {
-    /// A camera that looks at `scene` from its mount on the robot.
+    /// A camera that looks at `world` from its mount on the robot.
     pub fn simulated(
-        scene: Arc<Mutex<Scene>>,
+        world: Arc<Mutex<World>>,
         transforms: Transforms,
         parameters: &Parameters,
     ) -> anyhow::Result<Self> {
@@ -55,7 +48,8 @@ impl Source {
             .transpose()?;
         let renderer = Renderer::new(D435I);
         Ok(Self::Simulated(Box::new(Simulated {
-            scene,
+            world,
+            side: parameters.side.name(),
             transforms,
             mount: parameters.mount.clone(),
             renderer,
@@ -78,11 +72,13 @@ impl Source {
 impl Simulated {
     async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
         let parent = &self.mount.parent_frame;
+        let of_arm = |frame: &str| format!("{}_{frame}", self.side);
         let parent_from_hand = self
             .transforms
-            .wait(parent, HAND_FRAME, stamp, PATIENCE)
+            .wait(parent, &of_arm("hand"), stamp, PATIENCE)
             .await?;
-        let scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        let world = self.world.lock().unwrap_or_else(PoisonError::into_inner);
+        let scene = world.scene();
         let optical_from_parent =
             (self.mount.parent_from_camera() * messages::camera_from_optical()).inverse();
         // Arm and wall are only background: without their transforms they are left out.
@@ -92,10 +88,14 @@ impl Simulated {
         };
         let placement = Placement {
             camera_from_hand: optical_from_parent * parent_from_hand,
-            camera_from_links: scene.links.iter().map(|link| pose(&link.frame)).collect(),
+            camera_from_links: scene
+                .links
+                .iter()
+                .map(|link| pose(&of_arm(&link.frame)))
+                .collect(),
             camera_from_base: pose(BASE_FRAME),
         };
-        let clean = self.renderer.render(&scene, &placement);
+        let clean = self.renderer.render(scene, &placement);
         Ok(match &mut self.noise {
             Some(noise) => noise.apply(clean, &D435I),
             None => clean.to_depth_image(),

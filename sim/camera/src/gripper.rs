@@ -30,6 +30,19 @@ impl Opening {
         y_min_m: -0.05,
         y_max_m: 0.05,
     };
+
+    pub(crate) fn width_m(&self) -> f32 {
+        self.y_max_m - self.y_min_m
+    }
+
+    /// So wide about the same middle.
+    pub(crate) fn widened(&self, width_m: f32) -> Opening {
+        let middle_m = 0.5 * (self.y_min_m + self.y_max_m);
+        Opening {
+            y_min_m: middle_m - 0.5 * width_m,
+            y_max_m: middle_m + 0.5 * width_m,
+        }
+    }
 }
 
 /// Extent along y of the part of an object (in its own frame) that is between the paddles.

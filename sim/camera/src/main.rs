@@ -5,22 +5,27 @@
 
 mod exposure;
 mod messages;
+mod world;
 
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use exposure::{Source, hold};
+use exposure::Source;
+use gripper::Gap;
 use msg::Time;
+use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{
     HoldObject, HoldObjectReq, HoldObjectRes, RotateWrist, RotateWristReq, RotateWristRes,
 };
 use msg::sensor_msgs::{CameraInfo, Image};
+use msg::std_msgs::Float64;
 use node::transforms::TransformError;
-use node::{Latch, Level, Node, Publisher, Server};
-use sim_camera::{Held, Parameters, Playback, Scene};
+use node::{Expect, Latch, Level, Node, Publisher, Server, Subscriber};
+use sim_camera::{Held, Parameters, Playback};
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::time::{MissedTickBehavior, interval};
+use world::World;
 
 /// Exposures under way: one being rendered, one waiting for its transforms.
 const EXPOSURES_MAX: usize = 2;
@@ -33,7 +38,7 @@ fn main() -> ExitCode {
 
 async fn run(node: Node) -> anyhow::Result<()> {
     let parameters: Parameters = node.parameters(Parameters::validate)?;
-    let (source, _service) = set_up(&node, &parameters)?;
+    let (source, _links) = set_up(&node, &parameters)?;
     let frames = node.publish("/tf_static", 1, Latch::Yes)?;
     frames.send(messages::camera_frames(node.clock().now()));
 
@@ -61,8 +66,11 @@ async fn run(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What the camera sees, and the service that changes it.
-fn set_up(node: &Node, parameters: &Parameters) -> anyhow::Result<(Source, Server)> {
+/// What the camera sees, and the links that change it.
+fn set_up(
+    node: &Node,
+    parameters: &Parameters,
+) -> anyhow::Result<(Source, (Server, Option<Subscriber>))> {
     if let Some(folder) = parameters.captures_folder() {
         let playback = Playback::open(folder, parameters.capture_frame())?;
         log::info!(
@@ -72,24 +80,49 @@ fn set_up(node: &Node, parameters: &Parameters) -> anyhow::Result<(Source, Serve
         );
         let playback = Arc::new(Mutex::new(playback));
         let service = offer_rotate_wrist(node, &playback)?;
-        return Ok((Source::Recorded(playback), service));
+        return Ok((Source::Recorded(playback), (service, None)));
     }
-    let scene = hold(
-        &parameters.held(),
-        parameters.squeeze_m,
-        parameters.seed.into(),
-    )?;
-    let scene = Arc::new(Mutex::new(scene));
-    let service = offer_hold_object(node, &scene)?;
-    let source = Source::simulated(scene, node.transforms()?, parameters)?;
-    Ok((source, service))
+    let (squeeze_m, seed) = (parameters.squeeze_m, parameters.seed.into());
+    let world = Arc::new(Mutex::new(World::new(&parameters.held(), squeeze_m, seed)?));
+    let side = parameters.side.name();
+    let service = offer_hold_object(node, &world, side)?;
+    let fingers = follow_fingers(node, &world, side, parameters.gap)?;
+    let source = Source::simulated(world, node.transforms()?, parameters)?;
+    Ok((source, (service, Some(fingers))))
 }
 
-fn offer_hold_object(node: &Node, scene: &Arc<Mutex<Scene>>) -> anyhow::Result<Server> {
-    let scene = Arc::clone(scene);
+/// Draws the fingers of the electric gripper where it says that they are.
+fn follow_fingers(
+    node: &Node,
+    world: &Arc<Mutex<World>>,
+    side: &str,
+    gap: Gap,
+) -> anyhow::Result<Subscriber> {
+    let world = Arc::clone(world);
+    let topic = format!("/robot/end_effector/{side}_gripper/state");
+    node.subscribe(&topic, Expect::STATE, move |state: EndEffectorState| {
+        let width_m = gap.width_m(f64::from(state.position) / 100.0);
+        world
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .set_width(width_m);
+    })
+}
+
+fn offer_hold_object(node: &Node, world: &Arc<Mutex<World>>, side: &str) -> anyhow::Result<Server> {
+    let world = Arc::clone(world);
+    // The simulated hand closes on what is put into it.
+    let hand = node.publish(&format!("/sim_baxter/{side}_object_width_m"), 1, Latch::Yes)?;
+    let tell = move |world: &World| {
+        let data = world.grasp_width_m().unwrap_or(0.0);
+        hand.send(Float64 { data });
+    };
+    tell(&world.lock().unwrap_or_else(PoisonError::into_inner));
     node.serve::<HoldObject>("hold_object", move |request| {
         let result = held(&request).map(|held| {
-            *scene.lock().unwrap_or_else(PoisonError::into_inner) = held;
+            let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
+            world.hold(held);
+            tell(&world);
             log::info!("holding '{}'", request.object);
         });
         let error = result
@@ -103,9 +136,9 @@ fn offer_hold_object(node: &Node, scene: &Arc<Mutex<Scene>>) -> anyhow::Result<S
     })
 }
 
-fn held(request: &HoldObjectReq) -> anyhow::Result<Scene> {
+fn held(request: &HoldObjectReq) -> anyhow::Result<World> {
     let Ok(held) = request.object.parse::<Held>();
-    Ok(hold(&held, request.squeeze, request.seed)?)
+    Ok(World::new(&held, request.squeeze, request.seed)?)
 }
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use gripper::{Gap, Side};
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 use sim_deform::SQUEEZE_MAX_M;
@@ -16,6 +17,10 @@ use crate::playback::CaptureFrame;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
+    /// Arm whose hand is seen: left or right.
+    pub side: Side,
+    /// Distance between the fingers of its electric gripper at the ends of their travel.
+    pub gap: Gap,
     /// Object in the hand at the start: a name, or the path of a mesh (PLY or OBJ, millimetres, +z up); empty: none.
     pub object: String,
     /// How far each finger has dented it, in metres.
@@ -51,6 +56,8 @@ pub enum CapturesFrame {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
+            side: Side::Left,
+            gap: Gap::default(),
             object: String::new(),
             squeeze_m: 0.0,
             seed: 1,
@@ -72,6 +79,7 @@ impl Parameters {
             let expected = format!("empty, the path of a .ply or .obj mesh, or one of {names}");
             return Err(ParameterError::new("object", &self.object, expected));
         }
+        self.gap.validate()?;
         in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
         in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
         self.noise_model.validate()?;

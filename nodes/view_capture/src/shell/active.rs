@@ -55,8 +55,9 @@ impl Scanner {
         }
     }
 
-    /// Makes a scan of `views` views (0: as configured) and waits for the answer.
-    pub async fn scan(&self, views: u32) -> ScanObjectRes {
+    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up when `gone` comes first:
+    /// nobody waits for the answer then.
+    pub async fn scan(&self, views: u32, gone: impl Future<Output = ()>) -> ScanObjectRes {
         let Ok(_busy) = self.busy.try_lock() else {
             let error = "a scan is already running; call again when it has ended";
             return ScanObjectRes {
@@ -75,15 +76,31 @@ impl Scanner {
         };
         let scan_id = new_scan_id();
         log::info!("scan {scan_id}: {} views", angles_rad.len());
-        let result = self.scan_views(&scan_id, &angles_rad).await;
+        let result = tokio::select! {
+            biased;
+            () = gone => Err(self.give_up(&scan_id, angles_rad.len() as u32)),
+            result = self.scan_views(&scan_id, &angles_rad) => result,
+        };
         report(&scan_id, result)
+    }
+
+    /// Tells the later stages that no more views come. The wrist stops because its caller, this scan, has hung up.
+    fn give_up(&self, scan_id: &str, count: u32) -> anyhow::Error {
+        let error = "the caller of scan_object has gone";
+        let place = Place {
+            scan_id: scan_id.into(),
+            index: 0,
+            count,
+        };
+        self.output.failure(place, format!("view_capture: {error}"));
+        anyhow::anyhow!(error)
     }
 
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
     pub async fn scan_at_start(&self) {
         let mut clouds = self.clouds.clone();
         if self.parameters.scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
-            self.scan(0).await;
+            self.scan(0, std::future::pending()).await;
         }
         std::future::pending().await
     }

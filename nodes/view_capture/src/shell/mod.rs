@@ -54,9 +54,9 @@ async fn serve_active(
         },
     )?;
     let runtime = tokio::runtime::Handle::current();
-    let _service = node.serve::<ScanObject>("scan_object", {
+    let _service = node.serve_caller::<ScanObject>("scan_object", {
         let scanner = scanner.clone();
-        move |request| Ok(runtime.block_on(scanner.scan(request.views)))
+        move |request, caller| Ok(runtime.block_on(scanner.scan(request.views, caller.gone())))
     })?;
     let at_start = scanner.scan_at_start();
     tokio::select! {

@@ -1,0 +1,273 @@
+//! Settings of the gripper node.
+
+use parameter::{ParameterError, in_range};
+use serde::{Deserialize, Serialize};
+
+use crate::gap::Gap;
+
+/// What is mounted on the wrist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HandKind {
+    /// Baxter's electric gripper.
+    Electric,
+    /// A ReFlex hand.
+    Reflex,
+}
+
+/// Which arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The robot's own left.
+    Left,
+    /// The robot's own right.
+    Right,
+}
+
+impl Side {
+    /// As in topic names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// Settings of the node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// What is mounted: electric or reflex.
+    pub hand: HandKind,
+    /// On which arm: left or right.
+    pub side: Side,
+    /// Age at which a message of the robot or the gripper is too old to act on, s.
+    pub state_age_max_s: f64,
+    /// Time for the fingers to come to rest, s.
+    pub motion_patience_s: f64,
+    /// Time at rest that ends a motion, s.
+    pub settle_s: f64,
+    /// Settings of an electric gripper.
+    pub electric: ElectricParameters,
+    /// Settings of a ReFlex hand.
+    pub reflex: ReflexParameters,
+}
+
+/// Settings of an electric gripper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ElectricParameters {
+    /// Distance between the fingers; depends on which fingers are in which slots.
+    pub gap: Gap,
+    /// Find the ends of the travel first where the gripper does not know them? It opens the hand for that.
+    pub calibrate: bool,
+    /// Speed of the fingers, share of the largest.
+    pub velocity: f64,
+    /// Force at which moving fingers stop, share of the largest.
+    pub moving_force: f64,
+    /// Force with which they then hold, share of the largest.
+    pub holding_force: f64,
+    /// Distance from its goal that the gripper takes for there, share of the travel.
+    pub dead_zone: f64,
+    /// Time for the gripper to acknowledge a command, s.
+    pub acknowledge_patience_s: f64,
+    /// Time for a calibration, s.
+    pub calibration_patience_s: f64,
+}
+
+/// Settings of a ReFlex hand. Angles are its driver's: 0 is open.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReflexParameters {
+    /// Namespace of the hand's driver; empty: /hand2/reflex_takktile on the left, /reflex_takktile on the right.
+    pub base: String,
+    /// Distance between the fingertips when open, m. Assumed: measure it; between open and closed it is taken to change
+    /// evenly with the angle.
+    pub open_width_m: f64,
+    /// Angle of closed fingers, rad.
+    pub closed_rad: f64,
+    /// Turn of fingers f1 and f2 about their bases, rad.
+    pub preshape_rad: f64,
+    /// Speed of the fingers, rad/s.
+    pub speed_rad_s: f64,
+    /// Load of a motor that counts as the hand's largest force; from 350 on the driver loosens by itself.
+    pub load_max: f64,
+    /// Force at which fingers stop, share of `load_max`.
+    pub force: f64,
+    /// How far the commanded angle may be ahead of the measured one, rad.
+    pub lead_max_rad: f64,
+    /// Distance from its goal at which a finger is there, rad.
+    pub tolerance_rad: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            hand: HandKind::Electric,
+            side: Side::Left,
+            state_age_max_s: 0.5,
+            motion_patience_s: 5.0,
+            settle_s: 0.2,
+            electric: ElectricParameters::default(),
+            reflex: ReflexParameters::default(),
+        }
+    }
+}
+
+impl Default for ElectricParameters {
+    /// Velocity, forces and dead zone are those of the maker's client.
+    fn default() -> Self {
+        Self {
+            gap: Gap::default(),
+            calibrate: true,
+            velocity: 0.5,
+            moving_force: 0.4,
+            holding_force: 0.3,
+            dead_zone: 0.05,
+            acknowledge_patience_s: 1.0,
+            calibration_patience_s: 5.0,
+        }
+    }
+}
+
+impl Default for ReflexParameters {
+    fn default() -> Self {
+        Self {
+            base: String::new(),
+            open_width_m: 0.14,
+            closed_rad: 2.1817,
+            preshape_rad: 0.0,
+            speed_rad_s: 1.5,
+            load_max: 350.0,
+            force: 0.5,
+            lead_max_rad: 0.4,
+            tolerance_rad: 0.1,
+        }
+    }
+}
+
+impl Parameters {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// The first parameter out of its range.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        in_range("state_age_max_s", self.state_age_max_s, 0.05..=5.0, "s")?;
+        in_range("motion_patience_s", self.motion_patience_s, 0.5..=60.0, "s")?;
+        in_range("settle_s", self.settle_s, 0.02..=2.0, "s")?;
+        self.electric.validate()?;
+        self.reflex.validate()
+    }
+
+    /// Topics of the electric gripper begin so.
+    pub fn electric_base(&self) -> String {
+        format!("/robot/end_effector/{}_gripper", self.side.name())
+    }
+
+    /// Topics of the ReFlex hand begin so.
+    pub fn reflex_base(&self) -> String {
+        match (&self.reflex.base[..], self.side) {
+            ("", Side::Left) => "/hand2/reflex_takktile".into(),
+            ("", Side::Right) => "/reflex_takktile".into(),
+            (base, _) => base.trim_end_matches('/').into(),
+        }
+    }
+}
+
+impl ElectricParameters {
+    fn validate(&self) -> Result<(), ParameterError> {
+        self.gap.validate()?;
+        for (name, share) in [
+            ("electric/velocity", self.velocity),
+            ("electric/moving_force", self.moving_force),
+            ("electric/holding_force", self.holding_force),
+            ("electric/dead_zone", self.dead_zone),
+        ] {
+            in_range(name, share, 0.01..=1.0, "")?;
+        }
+        for (name, patience_s) in [
+            (
+                "electric/acknowledge_patience_s",
+                self.acknowledge_patience_s,
+            ),
+            (
+                "electric/calibration_patience_s",
+                self.calibration_patience_s,
+            ),
+        ] {
+            in_range(name, patience_s, 0.1..=60.0, "s")?;
+        }
+        Ok(())
+    }
+}
+
+impl ReflexParameters {
+    /// Largest angle that the driver takes, rad.
+    const ANGLE_MAX_RAD: f64 = 3.6;
+    /// Largest preshape that the driver takes, rad.
+    const PRESHAPE_MAX_RAD: f64 = 1.75;
+
+    fn validate(&self) -> Result<(), ParameterError> {
+        for (name, value, range, unit) in [
+            ("reflex/open_width_m", self.open_width_m, 0.01..=0.5, "m"),
+            (
+                "reflex/closed_rad",
+                self.closed_rad,
+                0.1..=Self::ANGLE_MAX_RAD,
+                "rad",
+            ),
+            (
+                "reflex/preshape_rad",
+                self.preshape_rad,
+                0.0..=Self::PRESHAPE_MAX_RAD,
+                "rad",
+            ),
+            ("reflex/speed_rad_s", self.speed_rad_s, 0.1..=3.5, "rad/s"),
+            ("reflex/load_max", self.load_max, 1.0..=1000.0, ""),
+            ("reflex/force", self.force, 0.01..=1.0, ""),
+            ("reflex/lead_max_rad", self.lead_max_rad, 0.01..=1.0, "rad"),
+            (
+                "reflex/tolerance_rad",
+                self.tolerance_rad,
+                0.01..=0.5,
+                "rad",
+            ),
+        ] {
+            in_range(name, value, range, unit)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_faults_are_named() {
+        Parameters::default().validate().unwrap();
+        let fault = |text: &str| {
+            let parameters: Parameters = serde_yaml::from_str(text).unwrap();
+            parameters.validate().unwrap_err().to_string()
+        };
+        assert!(fault("settle_s: .nan").contains("settle_s"));
+        assert!(fault("electric: {velocity: 50}").contains("electric/velocity is 50"));
+        assert!(fault("electric: {gap: {closed_m: 0.2}}").contains("gap/closed_m is 0.2"));
+        assert!(fault("reflex: {closed_rad: 4.0}").contains("reflex/closed_rad is 4"));
+        assert!(serde_yaml::from_str::<Parameters>("reflex: {clozed_rad: 2.0}").is_err());
+    }
+
+    #[test]
+    fn hands_are_where_the_drivers_put_them() {
+        let base = |text: &str| {
+            let parameters: Parameters = serde_yaml::from_str(text).unwrap();
+            parameters.reflex_base()
+        };
+        assert_eq!(base("side: left"), "/hand2/reflex_takktile");
+        assert_eq!(base("side: right"), "/reflex_takktile");
+        assert_eq!(base("{side: right, reflex: {base: /my_hand/}}"), "/my_hand");
+    }
+}

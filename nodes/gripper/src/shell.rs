@@ -1,0 +1,149 @@
+//! Carries out grasps, one at a time.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use gripper::{GraspError, Grasped, Hand, Parameters, RobotWatch, Step, Task};
+use msg::Message;
+use node::{Caller, Health, Level, Publisher};
+use tokio::sync::watch;
+use tokio::time::{MissedTickBehavior, interval};
+
+/// As often as the maker's client repeats its commands.
+const TICK: Duration = Duration::from_millis(10);
+const HEALTH_PERIOD: Duration = Duration::from_secs(1);
+/// How long the gripper has to listen to the commands: after a restart of this node its link takes a moment.
+const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
+
+/// How a grasp ended.
+pub enum Ending {
+    /// As it should.
+    Well(Grasped),
+    /// Before anything was moved.
+    Refused(GraspError),
+    /// Somewhere on the way.
+    Failed(GraspError),
+}
+
+/// A hand on its topics.
+pub struct Shell<H: Hand, M: Message> {
+    hand: Mutex<H>,
+    robot: Mutex<RobotWatch>,
+    commands: Publisher<M>,
+    encode: fn(H::Command) -> M,
+    /// Held while a grasp is under way.
+    grasping: tokio::sync::Mutex<()>,
+    shutdown: watch::Sender<bool>,
+}
+
+impl<H: Hand, M: Message> Shell<H, M> {
+    pub fn new(
+        hand: H,
+        parameters: &Parameters,
+        commands: Publisher<M>,
+        encode: fn(H::Command) -> M,
+    ) -> Arc<Self> {
+        Arc::new(Self {
+            hand: Mutex::new(hand),
+            robot: Mutex::new(RobotWatch::new(parameters.state_age_max_s)),
+            commands,
+            encode,
+            grasping: tokio::sync::Mutex::new(()),
+            shutdown: watch::Sender::new(false),
+        })
+    }
+
+    /// To be held but for a moment.
+    pub fn hand(&self) -> MutexGuard<'_, H> {
+        self.hand.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// To be held but for a moment.
+    pub fn robot(&self) -> MutexGuard<'_, RobotWatch> {
+        self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Carries `task` out and returns once it has ended. Nothing moves without a caller that waits for it.
+    pub async fn grasp(&self, task: Task, caller: &Caller) -> Ending {
+        let Ok(_grasping) = self.grasping.try_lock() else {
+            return Ending::Refused(GraspError::Busy);
+        };
+        if let Err(refusal) = self.prepare(task).await {
+            return Ending::Refused(refusal);
+        }
+        let mut shutdown = self.shutdown.subscribe();
+        let ended = tokio::select! {
+            // In this order, so that no command follows an order to stop.
+            biased;
+            _ = shutdown.wait_for(|down| *down) => Err(GraspError::Shutdown),
+            () = caller.gone() => Err(GraspError::CallerGone),
+            ended = self.carry_out() => ended,
+        };
+        match ended {
+            Ok(grasped) => Ending::Well(grasped),
+            Err(error) => {
+                let halt = self.hand().halt();
+                halt.into_iter().for_each(|command| self.send(command));
+                Ending::Failed(error)
+            }
+        }
+    }
+
+    /// Ends a grasp under way, if any, and allows no more.
+    pub async fn stop(&self) {
+        self.shutdown.send_replace(true);
+        let _still = self.grasping.lock().await;
+    }
+
+    /// Tells diagnostics whether the gripper could be used now, and if not, why.
+    pub async fn report_health(&self, health: &Health) {
+        let mut ticker = interval(HEALTH_PERIOD);
+        loop {
+            ticker.tick().await;
+            match self.check() {
+                Ok(()) => health.set("gripper", Level::Ok, "may move"),
+                Err(error) => health.set("gripper", Level::Warn, error.to_string()),
+            }
+        }
+    }
+
+    fn check(&self) -> Result<(), GraspError> {
+        let now = Instant::now();
+        self.robot().check(now)?;
+        self.hand().check(now)
+    }
+
+    async fn prepare(&self, task: Task) -> Result<(), GraspError> {
+        // What forbids the grasp is said before anything is waited for.
+        self.check()?;
+        self.hand().begin(task, Instant::now())?;
+        if !self.commands.until_subscribed(LISTENER_PATIENCE).await {
+            return Err(GraspError::NobodyListens {
+                topic: self.commands.topic().into(),
+                waited_s: LISTENER_PATIENCE.as_secs_f64(),
+            });
+        }
+        self.check()?;
+        self.hand().begin(task, Instant::now())
+    }
+
+    async fn carry_out(&self) -> Result<Grasped, GraspError> {
+        let mut ticker = interval(TICK);
+        ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        loop {
+            ticker.tick().await;
+            let now = Instant::now();
+            self.robot().check(now)?;
+            let step = self.hand().step(now)?;
+            match step {
+                Step::Send(command) => self.send(command),
+                Step::Wait => {}
+                Step::Done(grasped) => return Ok(grasped),
+            }
+        }
+    }
+
+    fn send(&self, command: H::Command) {
+        self.commands.send((self.encode)(command));
+    }
+}

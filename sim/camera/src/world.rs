@@ -1,0 +1,61 @@
+//! What is before the camera: the hand as it is now.
+
+use sim_camera::{Held, HeldError, Scene};
+use sim_objects::Mesh;
+
+/// A change of the fingers' distance below this is not worth drawing anew, m.
+const WIDTH_CHANGE_MIN_M: f32 = 2e-4;
+
+/// The hand, its fingers, and the object between them.
+pub struct World {
+    object: Option<Mesh>,
+    /// Distance between the fingers, m; unknown until the gripper has spoken.
+    width_m: Option<f32>,
+    scene: Scene,
+}
+
+impl World {
+    /// With an object in the hand, or none; the fingers touch it.
+    pub fn new(held: &Held, squeeze_m: f64, seed: u64) -> Result<Self, HeldError> {
+        let object = held.mesh(squeeze_m, seed)?;
+        Ok(Self {
+            scene: scene(object.as_ref(), None),
+            object,
+            width_m: None,
+        })
+    }
+
+    /// Another object; the fingers stay where they were.
+    pub fn hold(&mut self, other: Self) {
+        self.object = other.object;
+        self.scene = scene(self.object.as_ref(), self.width_m);
+    }
+
+    /// How far apart fingers are that hold the object, m; `None` for an empty hand.
+    pub fn grasp_width_m(&self) -> Option<f64> {
+        let width_m = self.object.as_ref().map(Scene::grasp_width_m);
+        width_m.map(f64::from)
+    }
+
+    /// Moves the fingers.
+    pub fn set_width(&mut self, width_m: f64) {
+        let width_m = width_m as f32;
+        let is_news = |old: f32| (old - width_m).abs() > WIDTH_CHANGE_MIN_M;
+        if self.width_m.is_none_or(is_news) {
+            self.width_m = Some(width_m);
+            self.scene = scene(self.object.as_ref(), self.width_m);
+        }
+    }
+
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+}
+
+fn scene(object: Option<&Mesh>, width_m: Option<f32>) -> Scene {
+    match (object, width_m) {
+        (object, Some(width_m)) => Scene::with_fingers(object, width_m),
+        (Some(object), None) => Scene::holding(object),
+        (None, None) => Scene::empty_handed(),
+    }
+}
