@@ -84,9 +84,10 @@ def test_rosrun_finds_one_program_though_cargo_has_copies(shell):
 @pytest.mark.built
 def test_messages_are_shown(shell, checkout):
     for file in sorted((checkout / 'msg' / 'deformable_cobot').glob('*/*')):
-        tool = {'.msg': 'rosmsg', '.srv': 'rossrv'}[file.suffix]
+        tool = {'.msg': 'rosmsg', '.srv': 'rossrv', '.action': 'rosmsg'}[file.suffix]
+        kind = f'{file.stem}Action' if file.suffix == '.action' else file.stem
         fields = re.findall(r'^ *[\w/\[\]]+ +(\w+)', file.read_text(), flags=re.MULTILINE)
-        shown = shell(f'{tool} show deformable_cobot/{file.stem}')
+        shown = shell(f'{tool} show deformable_cobot/{kind}')
         assert all(field in shown for field in fields), shown
 
 

@@ -122,6 +122,20 @@ def test_a_shutdown_stops_the_motion_first(wrist, number):
     assert wrist.rests() < 1.9
 
 
+def test_it_stops_on_request_and_turns_again(wrist):
+    from std_srvs.srv import Trigger
+    stop = rospy.ServiceProxy('stop_wrist', Trigger)
+    results = wrist.start_turn(2.5)
+    stopped = within(5, 'stop_wrist', stop)
+    assert stopped.success, stopped.message
+    angle = wrist.angle_rad
+    wait_until(lambda: results, 3, 'answer')
+    assert not results[0].success and 'stop_wrist' in results[0].error
+    assert wrist.rests() == pytest.approx(angle, abs=0.005), 'it was still when stop_wrist returned'
+    assert wrist.turn(angle + 0.2).success
+    assert within(5, 'stop_wrist', stop).success, 'nothing to stop is no error'
+
+
 def test_another_commander_is_noticed(wrist):
     Master('/intruder').registerPublisher(COMMANDS, 'baxter_core_msgs/JointCommand', 'http://127.0.0.1:1/')
     answer = within(5, 'rotate_wrist', lambda: wrist.turn(0.6))

@@ -11,6 +11,6 @@ pub mod transform;
 
 pub use rosrust::{Duration, Message, Time};
 pub use rosrust_msg::{
-    baxter_core_msgs, deformable_cobot, diagnostic_msgs, geometry_msgs, reflex_msgs, sensor_msgs,
-    std_msgs, tf2_msgs,
+    actionlib_msgs, baxter_core_msgs, deformable_cobot, diagnostic_msgs, dynamic_reconfigure,
+    geometry_msgs, reflex_msgs, sensor_msgs, std_msgs, std_srvs, tf2_msgs, visualization_msgs,
 };

@@ -5,6 +5,8 @@
 
 use rosrust::{Message, ServicePair};
 use rosrust_msg::deformable_cobot::*;
+use rosrust_msg::dynamic_reconfigure::{Config, Reconfigure};
+use rosrust_msg::std_srvs::Trigger;
 
 /// A service whose request and response definitions are known.
 pub trait Service: ServicePair {
@@ -38,6 +40,27 @@ services! {
     HoldObject();
     CalibrateCameraMount(rosrust_msg::geometry_msgs::Transform, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Quaternion);
     Grasp();
+}
+
+impl Service for Trigger {
+    fn request_definition() -> String {
+        String::new()
+    }
+    fn response_definition() -> String {
+        "bool success\nstring message\n".into()
+    }
+}
+
+impl Service for Reconfigure {
+    fn request_definition() -> String {
+        definition(
+            "dynamic_reconfigure/Config config\n",
+            &[(Config::msg_type(), Config::msg_definition())],
+        )
+    }
+    fn response_definition() -> String {
+        Self::request_definition()
+    }
 }
 
 fn part(source: &'static str, index: usize) -> &'static str {

@@ -44,6 +44,11 @@ impl Arrival {
         }
     }
 
+    /// At rest wherever it is: no faster than `rest_velocity_rad_s`, for `dwell`.
+    pub fn anywhere(rest_velocity_rad_s: f64, dwell: Duration) -> Self {
+        Self::new(0.0, f64::INFINITY, rest_velocity_rad_s, dwell)
+    }
+
     /// Takes the newest sample; says so once the joint has arrived.
     pub fn observe(&mut self, sample: JointSample) -> Option<Arrived> {
         let last = self.last.replace(sample);
@@ -160,6 +165,18 @@ mod tests {
         assert_eq!(arrival.observe(sample(60, 0.6, 0.0)), None);
         assert_eq!(arrival.observe(sample(100, 0.6, 0.0)), None);
         assert!(arrival.observe(sample(160, 0.6, 0.0)).is_some());
+    }
+
+    #[test]
+    fn rest_may_be_anywhere_but_must_be_rest() {
+        let mut arrival = Arrival::anywhere(0.02, Duration::from_millis(100));
+        assert_eq!(arrival.observe(sample(0, -2.5, 0.5)), None, "fast");
+        assert_eq!(arrival.observe(sample(10, f64::NAN, 0.0)), None, "nowhere");
+        assert_eq!(arrival.observe(sample(20, -2.6, 0.0)), None, "too short");
+        assert_eq!(
+            arrival.observe(sample(120, -2.6, 0.0)).unwrap().angle_rad,
+            -2.6
+        );
     }
 
     #[test]

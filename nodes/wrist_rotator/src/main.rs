@@ -1,4 +1,4 @@
-//! The wrist rotator as a ROS node: service `rotate_wrist`.
+//! The wrist rotator as a ROS node: services `rotate_wrist` and `stop_wrist`.
 
 mod rotator;
 
@@ -11,6 +11,7 @@ use msg::baxter_core_msgs::{
 };
 use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
+use msg::std_srvs::{Trigger, TriggerRes};
 use node::{Caller, Expect, Level, Node, Subscriber};
 use rotator::Rotator;
 use tokio::runtime::Handle;
@@ -32,18 +33,22 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let rotator = Arc::new(Rotator::new(&node, &parameters)?);
     let _subscribers = listen(&node, &rotator, parameters.side.name())?;
     let runtime = Handle::current();
-    let _service = node.serve_caller::<RotateWrist>("rotate_wrist", {
-        let rotator = Arc::clone(&rotator);
+    let _rotate = node.serve_caller::<RotateWrist>("rotate_wrist", {
+        let (rotator, runtime) = (Arc::clone(&rotator), runtime.clone());
         move |RotateWristReq { angle }, caller| {
             Ok(runtime.block_on(rotate(&rotator, angle, &caller)))
         }
+    })?;
+    let _stop = node.serve::<Trigger>("stop_wrist", {
+        let rotator = Arc::clone(&rotator);
+        move |_| Ok(runtime.block_on(stop(&rotator)))
     })?;
     tokio::select! {
         () = report_health(&node, &rotator, &parameters) => {}
         () = node.until_shutdown() => {}
     }
     // The links go down only once nothing moves.
-    rotator.stop().await;
+    rotator.shut_down().await;
     Ok(())
 }
 
@@ -66,6 +71,22 @@ async fn rotate(rotator: &Rotator, target_rad: f64, caller: &Caller) -> RotateWr
                 error: error.to_string(),
                 angle,
                 ..Default::default()
+            }
+        }
+    }
+}
+
+async fn stop(rotator: &Rotator) -> TriggerRes {
+    match rotator.stop().await {
+        Ok(arrived) => TriggerRes {
+            success: true,
+            message: format!("at rest at {:.3} rad", arrived.angle_rad),
+        },
+        Err(error) => {
+            log::warn!("stop_wrist: {error}");
+            TriggerRes {
+                success: false,
+                message: error.to_string(),
             }
         }
     }

@@ -10,7 +10,9 @@ use msg::std_msgs::Float64;
 use node::{Caller, Latch, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
-use wrist_rotator::{Arrived, Monitor, Motion, MotionError, Parameters, Refusal, Step, W2};
+use wrist_rotator::{
+    Arrival, Arrived, Monitor, Motion, MotionError, Parameters, Refusal, Step, W2,
+};
 
 /// How long the master has to say who else commands the arm.
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
@@ -18,6 +20,11 @@ const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 const MASTER_PERIOD: Duration = Duration::from_millis(500);
 /// How long the robot has to listen to the commands: after a restart of this node its link takes a moment.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
+
+/// How long a wrist that is no longer commanded may take to come to rest.
+const REST_PATIENCE: Duration = Duration::from_secs(3);
+/// Pause between two looks at the newest joint state.
+const REST_PERIOD: Duration = Duration::from_millis(5);
 
 /// Why a turn failed.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +52,15 @@ pub enum TurnError {
     /// Whoever asked for the turn is gone.
     #[error("motion stopped: the caller {0} hung up or died")]
     CallerGone(String),
+    /// Somebody called `stop_wrist`.
+    #[error("motion stopped: stop_wrist was called")]
+    Stopped,
+    /// The robot does not say that the joint is still.
+    #[error(
+        "no longer commanded, but not seen at rest within {0:.1?}: somebody else moves the arm, or joint states are \
+         silent"
+    )]
+    NotAtRest(Duration),
     /// The node was told to end.
     #[error("motion stopped: the wrist rotator is shutting down")]
     Shutdown,
@@ -61,6 +77,8 @@ pub struct Rotator {
     joint_names: Vec<String>,
     /// Held while a motion is under way.
     turning: tokio::sync::Mutex<()>,
+    /// Counts the orders to stop; each ends the motion under way.
+    stops: watch::Sender<u64>,
     shutdown: watch::Sender<bool>,
 }
 
@@ -78,6 +96,7 @@ impl Rotator {
             command_topic,
             joint_names: parameters.side.joint_names().map(String::from).to_vec(),
             turning: tokio::sync::Mutex::new(()),
+            stops: watch::Sender::new(0),
             shutdown: watch::Sender::new(false),
         })
     }
@@ -95,7 +114,18 @@ impl Rotator {
     /// Turns W2 to `target_rad` and returns once it is at rest there. Nothing moves without a caller that waits for it.
     pub async fn turn(&self, target_rad: f64, caller: &Caller) -> Result<Arrived, TurnError> {
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
-        let mut shutdown = self.shutdown.subscribe();
+        let (mut stops, mut shutdown) = (self.stops.subscribe(), self.shutdown.subscribe());
+        tokio::select! {
+            // In this order, so that no command follows an order to stop.
+            biased;
+            _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
+            _ = stops.changed() => Err(TurnError::Stopped),
+            () = caller.gone() => Err(TurnError::CallerGone(caller.name().into())),
+            arrived = self.turn_unless_stopped(target_rad) => arrived,
+        }
+    }
+
+    async fn turn_unless_stopped(&self, target_rad: f64) -> Result<Arrived, TurnError> {
         self.ask_for_other_publishers().await;
         // What forbids the motion is said before anything is waited for.
         self.motion_to(target_rad)?;
@@ -105,17 +135,33 @@ impl Rotator {
         });
         let motion = self.motion_to(target_rad)?;
         tokio::select! {
-            // In this order, so that no command follows an order to stop.
             biased;
-            _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
-            () = caller.gone() => Err(TurnError::CallerGone(caller.name().into())),
             never = self.watch_other_publishers() => match never {},
             arrived = self.carry_out(motion) => Ok(arrived?),
         }
     }
 
+    /// Ends a motion under way, if any, and returns once the wrist is at rest. It may be turned again then.
+    pub async fn stop(&self) -> Result<Arrived, TurnError> {
+        self.stops.send_modify(|stops| *stops += 1);
+        let _turning = self.turning.lock().await;
+        let dwell = Duration::from_secs_f64(self.parameters.dwell_s);
+        let mut arrival = Arrival::anywhere(self.parameters.rest_velocity_rad_s, dwell);
+        let rest = async {
+            loop {
+                sleep(REST_PERIOD).await;
+                let newest = self.monitor().snapshot().joints[W2];
+                if let Some(arrived) = newest.and_then(|sample| arrival.observe(sample.value)) {
+                    return arrived;
+                }
+            }
+        };
+        let rested = timeout(REST_PATIENCE, rest).await;
+        rested.map_err(|_| TurnError::NotAtRest(REST_PATIENCE))
+    }
+
     /// Ends a motion under way, if any, and allows no more.
-    pub async fn stop(&self) {
+    pub async fn shut_down(&self) {
         self.shutdown.send_replace(true);
         let _still = self.turning.lock().await;
     }

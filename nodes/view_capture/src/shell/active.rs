@@ -2,16 +2,19 @@
 
 use super::answers::Answers;
 use super::output::{Output, Place, Pose, new_scan_id};
+use super::progress::{Progress, State};
 use super::troubles::Troubles;
+use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
-use msg::deformable_cobot::{Classification, RotateWrist, RotateWristReq, ScanObjectRes};
+use msg::deformable_cobot::{Classification, ScanObjectRes};
 use msg::sensor_msgs::PointCloud2;
 use node::{Node, Transforms};
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, broadcast, watch};
-use view_capture::{Parameters, plan};
+use view_capture::{Outcome, Parameters, plan};
 
 /// How long a scan waits for somebody to look at its views: a node that has just started again is soon there.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
@@ -20,10 +23,19 @@ const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
 /// scan goes on.
 const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 
+/// A scan that has ended.
+pub struct Scanned {
+    /// How.
+    pub outcome: Outcome,
+    /// What its caller is told.
+    pub answer: ScanObjectRes,
+}
+
 /// Makes one scan at a time. Clones share it.
 #[derive(Clone)]
 pub struct Scanner {
-    node: Node,
+    wrist: Wrist,
+    progress: Progress,
     parameters: Arc<Parameters>,
     transforms: Option<Transforms>,
     output: Output,
@@ -40,11 +52,13 @@ impl Scanner {
         transforms: Option<Transforms>,
         output: Output,
         troubles: Troubles,
+        progress: &Progress,
         clouds: &watch::Sender<Option<Arc<PointCloud2>>>,
         answers: &broadcast::Sender<Classification>,
     ) -> Self {
         Self {
-            node: node.clone(),
+            wrist: Wrist::new(node),
+            progress: progress.clone(),
             parameters,
             transforms,
             output,
@@ -55,49 +69,54 @@ impl Scanner {
         }
     }
 
-    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up when `gone` comes first:
-    /// nobody waits for the answer then.
-    pub async fn scan(&self, views: u32, gone: impl Future<Output = ()>) -> ScanObjectRes {
+    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up for the reason that `stop`
+    /// gives, once it does; the arm is still when this returns.
+    pub async fn scan(&self, views: u32, stop: impl Future<Output = &'static str>) -> Scanned {
         let Ok(_busy) = self.busy.try_lock() else {
-            let error = "a scan is already running; call again when it has ended";
-            return ScanObjectRes {
-                error: error.into(),
-                ..Default::default()
-            };
+            return refused("a scan is already running; call again when it has ended");
         };
         let angles_rad = match plan(&self.parameters, views) {
             Ok(angles) => angles,
-            Err(error) => {
-                return ScanObjectRes {
-                    error: error.to_string(),
-                    ..Default::default()
-                };
+            Err(error) => return refused(error.to_string()),
+        };
+        let (scan_id, count) = (new_scan_id(), angles_rad.len() as u32);
+        log::info!("scan {scan_id}: {count} views");
+        self.progress.begin(&scan_id, count);
+        let scanned = tokio::select! {
+            biased;
+            reason = stop => Err(reason),
+            result = self.scan_views(&scan_id, &angles_rad) => Ok(result),
+        };
+        let (state, outcome, result) = match scanned {
+            Ok(Ok(answer)) => (State::Done, Outcome::Succeeded, Ok(answer)),
+            Ok(Err(error)) => (State::Failed, Outcome::Aborted, Err(error)),
+            Err(reason) => {
+                let error = self.give_up(&scan_id, count, reason).await;
+                (State::Stopped, Outcome::Preempted, Err(error))
             }
         };
-        let scan_id = new_scan_id();
-        log::info!("scan {scan_id}: {} views", angles_rad.len());
-        let result = tokio::select! {
-            biased;
-            () = gone => Err(self.give_up(&scan_id, angles_rad.len() as u32)),
-            result = self.scan_views(&scan_id, &angles_rad) => result,
-        };
-        report(&scan_id, result)
+        self.progress.is(state);
+        Scanned {
+            outcome,
+            answer: report(&scan_id, result),
+        }
     }
 
-    /// Tells the later stages that no more views come. The wrist stops because its caller, this scan, has hung up.
-    fn give_up(&self, scan_id: &str, count: u32) -> anyhow::Error {
-        let error = "the caller of scan_object has gone";
+    /// Waits until the arm is still, and tells the later stages that no more views come.
+    async fn give_up(&self, scan_id: &str, count: u32, reason: &str) -> anyhow::Error {
+        self.wrist.stop().await;
         let place = Place {
             scan_id: scan_id.into(),
             index: 0,
             count,
         };
-        self.output.failure(place, format!("view_capture: {error}"));
-        anyhow::anyhow!(error)
+        self.output
+            .failure(place, format!("view_capture: {reason}"));
+        anyhow::anyhow!("{reason}")
     }
 
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
-    pub async fn scan_at_start(&self) {
+    pub async fn scan_at_start(&self) -> Infallible {
         let mut clouds = self.clouds.clone();
         if self.parameters.scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
             self.scan(0, std::future::pending()).await;
@@ -132,6 +151,7 @@ impl Scanner {
                 break;
             }
         }
+        self.progress.is(State::Thinking);
         let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
         let answer = answers.last(patience).await;
         let answer = answer.ok_or_else(|| self.no_answer(patience))?;
@@ -160,12 +180,9 @@ impl Scanner {
 
     async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
         let deadline = Duration::from_secs_f64(self.parameters.motion_deadline_s);
-        let request = RotateWristReq { angle: angle_rad };
-        let turned = self
-            .node
-            .call::<RotateWrist>("rotate_wrist", request, deadline)
-            .await?;
-        ensure!(turned.success, "rotate_wrist: {}", turned.error);
+        self.progress.turning(&place, angle_rad);
+        let turned = self.wrist.turn(angle_rad, deadline).await?;
+        self.progress.is(State::Looking);
         let cloud = self.cloud_after(turned.at_rest).await?;
         ensure!(
             cloud.width > 0,
@@ -173,6 +190,7 @@ impl Scanner {
              depth_threshold's ~depth_min_m and ~depth_max_m fit?"
         );
         let pose = Pose::at(&self.parameters, self.transforms.as_ref(), &cloud).await?;
+        self.progress.taken(cloud.width * cloud.height);
         self.output.view(place, turned.angle, pose, &cloud);
         Ok(())
     }
@@ -217,6 +235,19 @@ impl Scanner {
         };
         let troubles = self.troubles.clause();
         anyhow::anyhow!("no answer within {patience:.1?} of the last view; {silent}{troubles}")
+    }
+}
+
+/// A scan that never began.
+fn refused(error: impl Into<String>) -> Scanned {
+    let error = error.into();
+    let answer = ScanObjectRes {
+        error,
+        ..Default::default()
+    };
+    Scanned {
+        outcome: Outcome::Aborted,
+        answer,
     }
 }
 

@@ -1,20 +1,25 @@
 //! The node: topics and services around the rules in the library.
 
+mod action;
 mod active;
 mod answers;
 mod output;
 mod passive;
+mod progress;
 mod troubles;
+mod wrist;
 
-use active::Scanner;
+use action::Action;
+use active::{Scanned, Scanner};
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
-use msg::sensor_msgs::PointCloud2;
+use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms};
 use output::Output;
+use progress::Progress;
 use std::sync::Arc;
 use tokio::sync::{broadcast, watch};
 use troubles::Troubles;
-use view_capture::{Mode, Parameters};
+use view_capture::{Mode, Outcome, Parameters};
 
 /// Answers kept for a scan that looks for its own.
 const ANSWERS_KEPT: usize = 64;
@@ -39,31 +44,48 @@ async fn serve_active(
     let clouds = watch::Sender::new(None);
     let answers = broadcast::Sender::new(ANSWERS_KEPT);
     let troubles = Troubles::listen(&node)?;
+    let progress = Progress::new();
+    let action = Action::listen(&node)?;
+    let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
+        let (progress, joint) = (progress.clone(), parameters.joint.clone());
+        move |state: JointState| {
+            if let Some(angle_rad) = passive::angle_of(&state, &joint) {
+                progress.note_angle(angle_rad);
+            }
+        }
+    })?;
     let scanner = Scanner::new(
-        &node, parameters, transforms, output, troubles, &clouds, &answers,
+        &node, parameters, transforms, output, troubles, &progress, &clouds, &answers,
     );
     let _points = node.subscribe("points", Expect::STATE, move |cloud: PointCloud2| {
         clouds.send_replace(Some(Arc::new(cloud)));
     })?;
-    let _answers = node.subscribe(
-        "classification",
-        Expect::EVENTS,
+    let _answers = node.subscribe("classification", Expect::EVENTS, {
+        let progress = progress.clone();
         move |answer: Classification| {
+            progress.note_answer(&answer);
             // Nobody waits for an answer between scans.
             let _ = answers.send(answer);
-        },
-    )?;
+        }
+    })?;
     let runtime = tokio::runtime::Handle::current();
     let _service = node.serve_caller::<ScanObject>("scan_object", {
         let scanner = scanner.clone();
-        move |request, caller| Ok(runtime.block_on(scanner.scan(request.views, caller.gone())))
+        move |request, caller| {
+            let gone = async {
+                caller.gone().await;
+                "the caller of scan_object has gone"
+            };
+            Ok(runtime.block_on(scanner.scan(request.views, gone)).answer)
+        }
     })?;
-    let at_start = scanner.scan_at_start();
+    let on_goal = async |views, stop: action::Stop| scanner.scan(views, stop.ordered()).await;
     tokio::select! {
-        () = node.until_shutdown() => {}
-        () = at_start => {}
+        () = node.until_shutdown() => Ok(()),
+        never = progress.publish(&node) => match never? {},
+        never = action.serve(Some(&progress), on_goal) => match never {},
+        never = scanner.scan_at_start() => match never {},
     }
-    Ok(())
 }
 
 async fn serve_passive(
@@ -72,13 +94,22 @@ async fn serve_passive(
     transforms: Option<Transforms>,
     output: Output,
 ) -> anyhow::Result<()> {
-    let _service = node.serve::<ScanObject>("scan_object", |_| {
-        let error = "view_capture watches in passive mode; whoever turns the wrist makes the scan. \
-                     Set ~mode to active to scan on request";
-        Ok(ScanObjectRes {
-            error: error.into(),
-            ..Default::default()
-        })
-    })?;
-    passive::watch(&node, parameters, transforms, output).await
+    let refusal = || {
+        ScanObjectRes {
+        error: "view_capture watches in passive mode; whoever turns the wrist makes the scan. Set ~mode to active to \
+                scan on request"
+            .into(),
+        ..Default::default()
+    }
+    };
+    let _service = node.serve::<ScanObject>("scan_object", move |_| Ok(refusal()))?;
+    let action = Action::listen(&node)?;
+    let on_goal = async |_, _| Scanned {
+        outcome: Outcome::Aborted,
+        answer: refusal(),
+    };
+    tokio::select! {
+        never = action.serve(None, on_goal) => match never {},
+        watched = passive::watch(&node, parameters, transforms, output) => watched,
+    }
 }

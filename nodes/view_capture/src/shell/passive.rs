@@ -55,7 +55,7 @@ pub async fn watch(
 }
 
 /// Position of `joint`; most messages on the topic are about others.
-fn angle_of(state: &JointState, joint: &str) -> Option<f64> {
+pub fn angle_of(state: &JointState, joint: &str) -> Option<f64> {
     let index = state.name.iter().position(|name| name == joint)?;
     state
         .position
