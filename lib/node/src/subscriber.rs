@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 /// The longest pause between two attempts to dial a silent publisher again.
 const REDIAL_MAX: Duration = Duration::from_secs(8);
+/// Pause between looks for a publisher; rosrust tells nobody when one comes.
+const PUBLISHER_PERIOD: Duration = Duration::from_millis(20);
 
 /// What a subscriber may expect of its topic.
 #[derive(Debug, Clone, Copy)]
@@ -113,6 +115,18 @@ impl Subscriber {
         Arc::clone(&self.core) as Arc<dyn Tended>
     }
 
+    /// Waits until somebody publishes, so that what is sent from now on arrives; `false` when nobody does in time.
+    pub async fn until_connected(&self, patience: Duration) -> bool {
+        let deadline = Instant::now() + patience;
+        while !self.core.is_connected() {
+            if Instant::now() >= deadline {
+                return false;
+            }
+            tokio::time::sleep(PUBLISHER_PERIOD).await;
+        }
+        true
+    }
+
     /// How long nothing has come; `None` if nothing ever has.
     pub fn age(&self) -> Option<Duration> {
         self.core.heard.latest().map(|latest| latest.elapsed())
@@ -131,6 +145,13 @@ impl Heard {
 }
 
 impl Core {
+    fn is_connected(&self) -> bool {
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        link.handle
+            .as_ref()
+            .is_some_and(|handle| handle.publisher_count() > 0)
+    }
+
     /// Drops the link and dials all publishers anew: rosrust never redials one that it believes to be connected.
     fn redial(&self, link: &mut Link) {
         link.handle = None;

@@ -126,7 +126,7 @@ impl<G> Goals<G> {
             is_all || is_named || is_old
         };
         self.last_cancel_ns = self.last_cancel_ns.max(cancelled.stamp_ns);
-        self.preempt(&concerns, "cancelled");
+        self.preempt(concerns, "cancelled");
         if !cancelled.id.is_empty() && self.index_of(&cancelled.id).is_none() {
             // It is still on its way.
             let (id, status, text) = (cancelled.clone(), Status::Recalling, String::new());

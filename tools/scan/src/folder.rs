@@ -1,0 +1,259 @@
+//! A scan on disk.
+
+use crate::recording::Recorded;
+use anyhow::{Context, Result, ensure};
+use msg::deformable_cobot::{Classification, View, ViewRegistration};
+use msg::geometry_msgs::Transform;
+use msg::sensor_msgs::PointCloud2;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A folder that is filled beside its place, and put there when it is whole.
+pub struct Folder {
+    target: PathBuf,
+    unfinished: PathBuf,
+}
+
+/// scan.yaml.
+#[derive(Debug, Serialize)]
+struct Description<'a> {
+    scan_id: &'a str,
+    label: &'a str,
+    known: bool,
+    probability: f64,
+    probabilities: BTreeMap<&'a str, f64>,
+    model_id: &'a str,
+    provider: &'a str,
+    /// Frame of registered.pcd and object.pcd.
+    frame: &'a str,
+    object_points: usize,
+    registered_points: usize,
+    views: Vec<DescribedView<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct DescribedView<'a> {
+    file: String,
+    frame: &'a str,
+    stamp_s: f64,
+    wrist_angle_rad: f64,
+    points: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hand_from_camera: Option<Pose>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    registered: Option<Registered<'a>>,
+}
+
+/// Where the view's points went.
+#[derive(Debug, Serialize)]
+struct Registered<'a> {
+    accepted: bool,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    reason: &'a str,
+    fitness: f64,
+    rmse_m: f64,
+    /// Maps the view's points into registered.pcd.
+    transform: Pose,
+}
+
+#[derive(Debug, Serialize)]
+struct Pose {
+    translation_m: [f64; 3],
+    /// x, y, z, w
+    rotation: [f64; 4],
+}
+
+impl Folder {
+    /// A folder that is not there yet, whose parent is.
+    pub fn beside(target: &Path) -> Result<Self> {
+        let target = std::path::absolute(target)?;
+        ensure!(
+            !target.exists(),
+            "--save {}: it exists already; name another folder",
+            target.display()
+        );
+        let (parent, name) = (target.parent(), target.file_name());
+        let (Some(parent), Some(name)) = (parent, name) else {
+            anyhow::bail!("--save {}: this is no name for a folder", target.display());
+        };
+        ensure!(
+            parent.is_dir(),
+            "--save {}: there is no folder {}",
+            target.display(),
+            parent.display()
+        );
+        let unfinished = parent.join(format!(
+            ".{}.{}",
+            name.to_string_lossy(),
+            std::process::id()
+        ));
+        Ok(Self { target, unfinished })
+    }
+
+    /// Writes all; gives the folder's path.
+    pub fn save(self, scan: &Recorded, answer: &Classification) -> Result<PathBuf> {
+        let at = |what| format!("cannot {what} {}", self.unfinished.display());
+        fs::create_dir(&self.unfinished).with_context(|| at("make"))?;
+        self.fill(scan, answer)?;
+        // An empty folder would be replaced.
+        ensure!(
+            !self.target.exists(),
+            "{} was made meanwhile",
+            self.target.display()
+        );
+        fs::rename(&self.unfinished, &self.target).with_context(|| at("rename"))?;
+        Ok(self.target.clone())
+    }
+
+    fn fill(&self, scan: &Recorded, answer: &Classification) -> Result<()> {
+        let write = |name: &str, cloud: &PointCloud2| -> Result<usize> {
+            let points = msg::cloud::to_points(cloud)?.points;
+            cloud::write_pcd(self.unfinished.join(name), &points)?;
+            Ok(points.len())
+        };
+        let mut views = Vec::new();
+        for (index, view) in scan.views.iter().take(scan.registered.view_count as usize) {
+            let file = format!("view_{}.pcd", index + 1);
+            let points = write(&file, &view.cloud)?;
+            let registration = scan
+                .registered
+                .views
+                .iter()
+                .find(|entry| entry.index == *index);
+            views.push(describe(file, view, points, registration));
+        }
+        let description = Description {
+            scan_id: &answer.scan_id,
+            label: &answer.label,
+            known: answer.known,
+            probability: answer.probability,
+            probabilities: answer
+                .labels
+                .iter()
+                .map(String::as_str)
+                .zip(answer.probabilities.iter().copied())
+                .collect(),
+            model_id: &answer.model_id,
+            provider: &answer.provider,
+            frame: &scan.registered.header.frame_id,
+            object_points: write("object.pcd", &scan.object.cloud)?,
+            registered_points: write("registered.pcd", &scan.registered.cloud)?,
+            views,
+        };
+        let path = self.unfinished.join("scan.yaml");
+        let text = serde_yaml::to_string(&description)?;
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // After a success there is nothing to remove, after a failure perhaps nothing either.
+        let _ = fs::remove_dir_all(&self.unfinished);
+    }
+}
+
+fn describe<'a>(
+    file: String,
+    view: &'a View,
+    points: usize,
+    registration: Option<&'a ViewRegistration>,
+) -> DescribedView<'a> {
+    DescribedView {
+        file,
+        frame: &view.header.frame_id,
+        stamp_s: view.header.stamp.seconds(),
+        wrist_angle_rad: view.wrist_angle,
+        points,
+        hand_from_camera: view.has_pose.then(|| pose(&view.hand_from_camera)),
+        registered: registration.map(|entry| Registered {
+            accepted: entry.accepted,
+            reason: &entry.reason,
+            fitness: entry.fitness,
+            rmse_m: entry.rmse,
+            transform: pose(&entry.transform),
+        }),
+    }
+}
+
+fn pose(transform: &Transform) -> Pose {
+    let (shift, turn) = (&transform.translation, &transform.rotation);
+    Pose {
+        translation_m: [shift.x, shift.y, shift.z],
+        rotation: [turn.x, turn.y, turn.z, turn.w],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use msg::cloud::from_points;
+    use msg::std_msgs::Header;
+    use nalgebra::Point3;
+
+    fn scan() -> Recorded {
+        let cloud = from_points(Header::default(), &[Point3::new(0.1, 0.2, 0.3)]);
+        let view = View {
+            cloud: cloud.clone(),
+            count: 1,
+            ..Default::default()
+        };
+        let mut scan = Recorded {
+            views: [(0, view)].into(),
+            ..Default::default()
+        };
+        scan.registered.cloud = cloud.clone();
+        scan.registered.view_count = 1;
+        scan.object.cloud = cloud;
+        scan
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_folder_is_there_whole_or_not_at_all() {
+        let parent = tempfile::tempdir().unwrap();
+        let target = parent.path().join("can");
+        let saved = Folder::beside(&target)
+            .unwrap()
+            .save(&scan(), &Classification::default())
+            .unwrap();
+        assert_eq!(saved, target);
+        assert_eq!(
+            names(&target),
+            ["object.pcd", "registered.pcd", "scan.yaml", "view_1.pcd"]
+        );
+        let error = Folder::beside(&target).err().unwrap().to_string();
+        assert!(error.contains("exists already"), "{error}");
+
+        let mut broken = scan();
+        broken.object.cloud.fields.clear();
+        let other = parent.path().join("cup");
+        assert!(
+            Folder::beside(&other)
+                .unwrap()
+                .save(&broken, &Classification::default())
+                .is_err()
+        );
+        assert_eq!(names(parent.path()), ["can"]);
+    }
+
+    #[test]
+    fn a_folder_without_parent_is_refused() {
+        let error = Folder::beside(Path::new("/no/such/place"))
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(error.contains("there is no folder /no/such"), "{error}");
+    }
+}
