@@ -2,6 +2,7 @@
 # make test                    all tests but those of a cluster
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make build                   programs in target/release, ROS package in target/catkin/devel
+# make screenshot              README's picture of a scan in RViz, drawn without a screen
 # make bench                   how fast, how often right; plots in target/bench
 # make lint                    formatting, warnings, spelling
 # make setup                   installs what is missing; the others call it
@@ -9,7 +10,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-cluster build bench lint setup
+.PHONY: demo test test-cluster build screenshot bench lint setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -17,10 +18,10 @@ export PATH := $(PATH):$(HOME)/.cargo/bin
 unexport CARGO_TARGET_DIR
 # ROS's modules are in the system's Python; a pyenv may come first in PATH.
 PYTHON := /usr/bin/python3
-RVIZ := $(if $(DISPLAY_RVIZ),$(if $(wildcard /opt/ros/noetic),ros-noetic-rviz,rviz))
+RVIZ := $(if $(wildcard /opt/ros/noetic),ros-noetic-rviz,rviz)
 
 setup:
-	setup/install $(RVIZ)
+	setup/install $(if $(DISPLAY_RVIZ),$(RVIZ))
 
 build: setup
 	cargo build --release --workspace
@@ -39,6 +40,11 @@ test-cluster: build
 	setup/install munge slurm-client slurmctld slurmd
 	$(PYTHON) -m pytest tests/cluster
 
+screenshot: build
+	setup/install $(RVIZ) xvfb imagemagick
+	source setup/environment
+	$(PYTHON) tests/screenshot config/scan.png
+
 bench: build
 	source setup/environment
 	$(PYTHON) tests/bench
@@ -56,6 +62,6 @@ lint:
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench \
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot \
 		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

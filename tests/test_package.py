@@ -111,6 +111,14 @@ def test_launch_file_names_existing_programs_and_files(shell, file):
 
 
 @pytest.mark.built
+@pytest.mark.parametrize('file', sorted(LAUNCH_FILES))
+def test_every_launch_file_shows_itself_in_rviz_on_request(shell, file):
+    command = f'roslaunch deformable_cobot {file} {LAUNCH_FILES[file]} --nodes'
+    with_rviz = set(shell(f'{command} rviz:=true').split()) - set(shell(command).split())
+    assert {'/rviz', '/scan_markers'} <= with_rviz
+
+
+@pytest.mark.built
 def test_launch_files_explain_their_arguments(shell):
     for file in LAUNCH_FILES:
         printed = shell(f'roslaunch deformable_cobot {file} --ros-args')

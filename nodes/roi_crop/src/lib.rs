@@ -81,7 +81,7 @@ impl Cropper {
             return Err(CropError::NotFinite { index });
         }
         let region = match frame {
-            Frame::Hand { opening_m } => Region::hand(&self.parameters, opening_m),
+            Frame::Hand { opening_m } => Region::hand(&self.parameters, self.bounds(), opening_m),
             Frame::Camera => Region::camera(&self.parameters),
         };
         let mut removed = Removed::default();
@@ -105,6 +105,16 @@ impl Cropper {
         }
     }
 
+    /// The upright cylinder about the hand's axis in which the object is.
+    pub fn bounds(&self) -> Bounds {
+        let bottom_m = self.parameters.gripper_length_m - self.parameters.grasp_depth_m;
+        Bounds {
+            radius_m: self.parameters.radius_m,
+            bottom_m,
+            top_m: bottom_m + self.parameters.height_m,
+        }
+    }
+
     /// Whether so many points are an object; fewer are what noise and the gripper leave of an empty hand.
     pub fn is_object(&self, point_count: usize) -> bool {
         point_count >= self.parameters.min_points
@@ -120,6 +130,17 @@ impl Cropper {
         points.retain(|_| is_inlier.next().unwrap_or(true));
         removed.outliers = before - points.len();
     }
+}
+
+/// An upright cylinder about the z axis of the hand frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Radius, m.
+    pub radius_m: f64,
+    /// Height of its lower end, m.
+    pub bottom_m: f64,
+    /// Height of its upper end, m.
+    pub top_m: f64,
 }
 
 /// The part of space in which the object is.
@@ -144,17 +165,21 @@ struct Fingers {
 }
 
 impl Region {
-    fn hand(parameters: &Parameters, opening_m: Option<f64>) -> Self {
-        let plane_m = parameters.gripper_length_m - parameters.grasp_depth_m;
+    fn hand(parameters: &Parameters, bounds: Bounds, opening_m: Option<f64>) -> Self {
+        let Bounds {
+            radius_m,
+            bottom_m,
+            top_m,
+        } = bounds;
         let cylinder = Cylinder {
-            radius_sq: (parameters.radius_m * parameters.radius_m) as f32,
-            top_m: (plane_m + parameters.height_m) as f32,
+            radius_sq: (radius_m * radius_m) as f32,
+            top_m: top_m as f32,
         };
         let fingers =
             (parameters.finger_width_m > 0.0).then(|| Fingers::new(parameters, opening_m));
         Self {
             up: Vector3::z(),
-            above_m: plane_m as f32,
+            above_m: bottom_m as f32,
             cylinder: Some(cylinder),
             fingers,
         }

@@ -1,5 +1,8 @@
 //! Cuts the object out of each registered cloud, and out of any on request.
 
+mod display;
+
+use display::Display;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -27,6 +30,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     let cropper = Arc::new(Cropper::new(parameters)?);
     let objects = node.publish("object", 16, Latch::Yes)?;
     let clouds = node.publish("object/cloud", 4, Latch::Yes)?;
+    let display = Display::new(&node)?;
     let progress = Mutex::new(Progress::default());
     let _registered = node.subscribe("registered", Expect::EVENTS, {
         let cropper = Arc::clone(&cropper);
@@ -36,7 +40,9 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             if !progress.advance(id, view_count, registered.complete) {
                 return;
             }
+            let shown = display.is_watched().then(|| registered.cloud.clone());
             let object = cut_out(&cropper, registered, opening.now_m());
+            display.show(&cropper, shown.as_ref(), &object);
             match &object.error[..] {
                 "" => clouds.send(object.cloud.clone()),
                 error => log::error!("scan {}: {error}", object.scan_id),

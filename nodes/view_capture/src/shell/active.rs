@@ -23,6 +23,15 @@ const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
 /// scan goes on.
 const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 
+/// What a scan listens to.
+#[derive(Clone)]
+pub struct Sources {
+    pub transforms: Option<Transforms>,
+    pub clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
+    pub answers: broadcast::Sender<Classification>,
+    pub troubles: Troubles,
+}
+
 /// A scan that has ended.
 pub struct Scanned {
     /// How.
@@ -37,11 +46,8 @@ pub struct Scanner {
     wrist: Wrist,
     progress: Progress,
     parameters: Arc<Parameters>,
-    transforms: Option<Transforms>,
     output: Output,
-    troubles: Troubles,
-    clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
-    answers: broadcast::Sender<Classification>,
+    sources: Sources,
     busy: Arc<Mutex<()>>,
 }
 
@@ -49,22 +55,16 @@ impl Scanner {
     pub fn new(
         node: &Node,
         parameters: Arc<Parameters>,
-        transforms: Option<Transforms>,
         output: Output,
-        troubles: Troubles,
         progress: &Progress,
-        clouds: &watch::Sender<Option<Arc<PointCloud2>>>,
-        answers: &broadcast::Sender<Classification>,
+        sources: Sources,
     ) -> Self {
         Self {
             wrist: Wrist::new(node),
             progress: progress.clone(),
             parameters,
-            transforms,
             output,
-            troubles,
-            clouds: clouds.subscribe(),
-            answers: answers.clone(),
+            sources,
             busy: Arc::default(),
         }
     }
@@ -117,7 +117,7 @@ impl Scanner {
 
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
     pub async fn scan_at_start(&self) -> Infallible {
-        let mut clouds = self.clouds.clone();
+        let mut clouds = self.sources.clouds.clone();
         if self.parameters.scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
             self.scan(0, std::future::pending()).await;
         }
@@ -129,7 +129,7 @@ impl Scanner {
         scan_id: &str,
         angles_rad: &[f64],
     ) -> anyhow::Result<Classification> {
-        let mut answers = Answers::new(&self.answers, scan_id);
+        let mut answers = Answers::new(&self.sources.answers, scan_id);
         let count = angles_rad.len() as u32;
         self.output.wait_for_listener(LISTENER_PATIENCE).await?;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
@@ -189,7 +189,7 @@ impl Scanner {
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
              depth_threshold's ~depth_min_m and ~depth_max_m fit?"
         );
-        let pose = Pose::at(&self.parameters, self.transforms.as_ref(), &cloud).await?;
+        let pose = Pose::at(&self.parameters, self.sources.transforms.as_ref(), &cloud).await?;
         self.progress.taken(cloud.width * cloud.height);
         self.output.view(place, turned.angle, pose, &cloud);
         Ok(())
@@ -198,7 +198,7 @@ impl Scanner {
     /// The first cloud whose image was taken after `moment`.
     async fn cloud_after(&self, moment: Time) -> anyhow::Result<Arc<PointCloud2>> {
         let patience = Duration::from_secs_f64(self.parameters.frame_deadline_s);
-        let mut clouds = self.clouds.clone();
+        let mut clouds = self.sources.clouds.clone();
         let newer = |cloud: &Option<Arc<PointCloud2>>| {
             cloud
                 .as_ref()
@@ -209,11 +209,12 @@ impl Scanner {
             return cloud.clone().context("no cloud");
         }
         let last = self
+            .sources
             .clouds
             .borrow()
             .as_ref()
             .map(|cloud| cloud.header.stamp);
-        let troubles = self.troubles.clause();
+        let troubles = self.sources.troubles.clause();
         match last {
             Some(stamp) => bail!(
                 "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
@@ -229,11 +230,11 @@ impl Scanner {
     }
 
     fn no_answer(&self, patience: Duration) -> anyhow::Error {
-        let silent = match &self.troubles.silent_stages()[..] {
+        let silent = match &self.sources.troubles.silent_stages()[..] {
             [] => "all stages are running".into(),
             stages => format!("not running: {}", stages.join(", ")),
         };
-        let troubles = self.troubles.clause();
+        let troubles = self.sources.troubles.clause();
         anyhow::anyhow!("no answer within {patience:.1?} of the last view; {silent}{troubles}")
     }
 }

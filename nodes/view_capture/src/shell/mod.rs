@@ -10,7 +10,7 @@ mod troubles;
 mod wrist;
 
 use action::Action;
-use active::{Scanned, Scanner};
+use active::{Scanned, Scanner, Sources};
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
 use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms};
@@ -43,7 +43,6 @@ async fn serve_active(
 ) -> anyhow::Result<()> {
     let clouds = watch::Sender::new(None);
     let answers = broadcast::Sender::new(ANSWERS_KEPT);
-    let troubles = Troubles::listen(&node)?;
     let progress = Progress::new();
     let action = Action::listen(&node)?;
     let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
@@ -54,9 +53,13 @@ async fn serve_active(
             }
         }
     })?;
-    let scanner = Scanner::new(
-        &node, parameters, transforms, output, troubles, &progress, &clouds, &answers,
-    );
+    let sources = Sources {
+        transforms,
+        clouds: clouds.subscribe(),
+        answers: answers.clone(),
+        troubles: Troubles::listen(&node)?,
+    };
+    let scanner = Scanner::new(&node, parameters, output, &progress, sources);
     let _points = node.subscribe("points", Expect::STATE, move |cloud: PointCloud2| {
         clouds.send_replace(Some(Arc::new(cloud)));
     })?;

@@ -1,0 +1,78 @@
+//! Draws scans for RViz.
+
+mod marker;
+mod scene;
+
+use msg::deformable_cobot::{Classification, RegisteredCloud, ScanObjectFeedback, View};
+use msg::visualization_msgs::MarkerArray;
+use node::{Expect, Latch, Node, Publisher, Subscriber};
+use scan_markers::Parameters;
+use scene::Scene;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+fn main() -> ExitCode {
+    node::run("scan_markers", serve)
+}
+
+async fn serve(node: Node) -> anyhow::Result<()> {
+    let parameters = node.parameters(Parameters::validate)?;
+    let easel = Arc::new(Easel {
+        scene: Mutex::new(Scene::new(parameters, node.transforms()?)),
+        clouds: node.publish("scan_markers/clouds", 4, Latch::Yes)?,
+        words: node.publish("scan_markers/words", 4, Latch::Yes)?,
+    });
+    let _links: [Subscriber; 4] = [
+        node.subscribe("progress", Expect::STATE, {
+            let easel = Arc::clone(&easel);
+            move |report: ScanObjectFeedback| {
+                easel.change(|scene| {
+                    scene.on_progress(&report);
+                    Ok(())
+                });
+            }
+        })?,
+        node.subscribe("views", Expect::EVENTS, {
+            let easel = Arc::clone(&easel);
+            move |view: View| easel.change(|scene| scene.on_view(&view))
+        })?,
+        node.subscribe("registered", Expect::EVENTS, {
+            let easel = Arc::clone(&easel);
+            move |registered: RegisteredCloud| easel.change(|scene| scene.on_registered(registered))
+        })?,
+        node.subscribe("classification", Expect::EVENTS, {
+            let easel = Arc::clone(&easel);
+            move |answer: Classification| {
+                easel.change(|scene| {
+                    scene.on_answer(&answer);
+                    Ok(())
+                });
+            }
+        })?,
+    ];
+    node.until_shutdown().await;
+    Ok(())
+}
+
+/// The scene, and where it is shown.
+struct Easel {
+    scene: Mutex<Scene>,
+    clouds: Publisher<MarkerArray>,
+    words: Publisher<MarkerArray>,
+}
+
+impl Easel {
+    fn change(&self, draw: impl FnOnce(&mut Scene) -> anyhow::Result<()>) {
+        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = draw(&mut scene) {
+            log::warn!("not drawn: {error:#}");
+        }
+        // Sent while it is locked, so that the last message is the newest picture.
+        if let Some(picture) = scene.clouds.news() {
+            self.clouds.send(picture);
+        }
+        if let Some(picture) = scene.words.news() {
+            self.words.send(picture);
+        }
+    }
+}

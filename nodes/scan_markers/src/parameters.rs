@@ -1,0 +1,41 @@
+//! What a user can set.
+
+use parameter::{ParameterError, in_range};
+use serde::{Deserialize, Serialize};
+
+/// How a scan is drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Parameters {
+    /// TF frame in which clouds stand still while the hand turns; +z is up.
+    pub fixed_frame: String,
+    /// TF frame of the hand; +z is out along the gripper.
+    pub hand_frame: String,
+    /// How far beside the hand the views and the registered cloud stand, m; 0: in their true place.
+    pub spread_m: f64,
+    /// Height of the words above the origin of the hand, m.
+    pub text_height_m: f64,
+    /// Side of the cubes in which a drawn cloud keeps one point each, m.
+    pub voxel_m: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            fixed_frame: "base".into(),
+            hand_frame: "left_hand".into(),
+            spread_m: 0.26,
+            text_height_m: 0.44,
+            voxel_m: 0.003,
+        }
+    }
+}
+
+impl Parameters {
+    /// Refuses what cannot be meant.
+    pub fn validate(&self) -> Result<(), ParameterError> {
+        in_range("spread_m", self.spread_m, 0.0..=5.0, "m")?;
+        in_range("text_height_m", self.text_height_m, -2.0..=2.0, "m")?;
+        in_range("voxel_m", self.voxel_m, 0.001..=0.1, "m")
+    }
+}

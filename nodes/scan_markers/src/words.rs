@@ -1,0 +1,67 @@
+//! What is written above the hand.
+
+/// A line and its colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Words {
+    /// The line.
+    pub text: String,
+    /// Red, green and blue, 0 to 1.
+    pub colour: [f32; 3],
+}
+
+const KNOWN: [f32; 3] = [0.35, 1.0, 0.45];
+const UNKNOWN: [f32; 3] = [1.0, 0.65, 0.2];
+const PLAIN: [f32; 3] = [0.85, 0.85, 0.85];
+
+/// What the object is, as far as is known; an empty label: the hand is empty.
+pub fn answer_words(label: &str, probability: f64, known: bool) -> Words {
+    let percent = 100.0 * probability;
+    let (text, colour) = match (label, known) {
+        ("", _) => ("empty hand".into(), PLAIN),
+        (label, true) => (format!("{label}  {percent:.1} %  known"), KNOWN),
+        (label, false) => (
+            format!("unknown, most like {label}  {percent:.1} %"),
+            UNKNOWN,
+        ),
+    };
+    Words { text, colour }
+}
+
+/// What a scan is doing, by the state and the counts of its report; nothing once it has ended.
+pub fn progress_words(state: &str, view: u32, count: u32) -> Option<Words> {
+    let text = match state {
+        "turning" | "looking" => format!("view {view} of {count}: {state}"),
+        "thinking" => format!("{count} views: thinking"),
+        _ => return None,
+    };
+    Some(Words {
+        text,
+        colour: PLAIN,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_unknown_and_nothing_are_told_apart() {
+        assert_eq!(
+            answer_words("tiny-ball", 0.9876, true).text,
+            "tiny-ball  98.8 %  known"
+        );
+        let unknown = answer_words("tiny-ball", 0.5, false);
+        assert_eq!(unknown.text, "unknown, most like tiny-ball  50.0 %");
+        assert_ne!(unknown.colour, KNOWN);
+        assert_eq!(answer_words("", 0.0, false).text, "empty hand");
+    }
+
+    #[test]
+    fn a_scan_that_has_ended_says_nothing() {
+        let words = |state| progress_words(state, 2, 3).map(|words| words.text);
+        assert_eq!(words("turning").as_deref(), Some("view 2 of 3: turning"));
+        assert_eq!(words("thinking").as_deref(), Some("3 views: thinking"));
+        assert_eq!(words("done"), None);
+        assert_eq!(words(""), None);
+    }
+}
