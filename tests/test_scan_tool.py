@@ -68,7 +68,7 @@ def test_two_at_once_do_not_end_each_other(sim, executable):
     assert second.wait(60) == 0, second.printed()
     assert 'medium-can' in second.printed()
     assert first.wait(20) == 1
-    assert 'preempted by a newer goal' in first.printed() or 'stopped on request' in first.printed()
+    assert 'stopped on request: preempted by a newer goal' in first.printed()
 
 
 def test_ctrl_c_ends_with_a_still_arm_and_nothing_saved(sim, executable, shelf):
@@ -86,7 +86,7 @@ def test_ctrl_c_ends_with_a_still_arm_and_nothing_saved(sim, executable, shelf):
     assert scan.wait(10) == 1
     joints.all()
     assert speed() < 0.05
-    assert 'stopped on request' in scan.printed()
+    assert 'stopped on request: cancelled' in scan.printed()
     assert not list(shelf.iterdir())
     assert sim.scan().error == ''
 

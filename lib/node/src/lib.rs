@@ -41,6 +41,7 @@ mod service_server;
 mod subscriber;
 mod supervisor;
 mod tcpros;
+mod tuning;
 
 pub use caller::Caller;
 pub use clock::Clock;
@@ -51,3 +52,4 @@ pub use parameters::ParameterError;
 pub use publisher::{Latch, Publisher};
 pub use service::{CallError, Server};
 pub use subscriber::{Expect, Subscriber};
+pub use tuning::Tuned;

@@ -1,5 +1,9 @@
 //! Checks of parameters, worded alike in every program.
 
+mod tunable;
+
+pub use tunable::Tunable;
+
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 

@@ -8,7 +8,7 @@ mod image;
 mod intrinsics;
 
 use nalgebra::Point3;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 
 pub use image::{DepthImage, ImageError};
@@ -43,17 +43,25 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// What may change from one image to the next.
+    pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
+        depth_min_m: f64, 0.0..=65.0, "m", "Nearest depth kept";
+        depth_max_m: f64, 0.0..=65.0, "m", "Farthest depth kept";
+        edge_jump_m: f64, 0.0..=65.0, "m", "Depth step beside a pixel that drops it; 0 drops none";
+        decimation: u32, 1..=8, "", "Side of the squares of pixels that become one";
+    };
+
     /// Refuses what cannot be meant.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("depth_max_m", self.depth_max_m, 0.0..=65.0, "m")?;
+        for tunable in Self::TUNABLES {
+            tunable.check(self)?;
+        }
         in_range(
             "depth_min_m",
             self.depth_min_m,
             0.0..=self.depth_max_m,
             "m (depth_max_m)",
-        )?;
-        in_range("decimation", self.decimation, 1..=8, "")?;
-        in_range("edge_jump_m", self.edge_jump_m, 0.0..=65.0, "m")
+        )
     }
 }
 
@@ -102,6 +110,11 @@ impl Thresholder {
             decimated: Depths::default(),
             rays: Rays::default(),
         })
+    }
+
+    /// What it works by.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
     }
 
     /// The points that the image shows between the two depths, row by row, m, in the camera's optical frame.

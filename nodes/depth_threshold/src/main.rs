@@ -15,7 +15,9 @@ fn main() -> ExitCode {
 }
 
 async fn serve(node: Node) -> anyhow::Result<()> {
-    let thresholder = Thresholder::new(node.parameters(Parameters::validate)?)?;
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let thresholder = Thresholder::new(parameters.clone())?;
+    let tuned = node.tune(parameters, Parameters::TUNABLES, Parameters::validate)?;
     let points = node.publish("points", 2, Latch::No)?;
     let latest_info = Arc::new(Mutex::new(None));
     let _infos = node.subscribe(INFO_TOPIC, Expect::STATE, {
@@ -35,7 +37,9 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             .clone();
         let mut stage = stage.lock().unwrap_or_else(PoisonError::into_inner);
         let (thresholder, reporter) = &mut *stage;
-        match threshold(thresholder, image, info.as_ref()) {
+        let cloud = tune(thresholder, &tuned.now())
+            .and_then(|()| threshold(thresholder, image, info.as_ref()));
+        match cloud {
             Ok(cloud) => {
                 reporter.well();
                 points.send(cloud);
@@ -44,6 +48,14 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         }
     })?;
     node.until_shutdown().await;
+    Ok(())
+}
+
+/// Works by the parameters in force.
+fn tune(thresholder: &mut Thresholder, parameters: &Parameters) -> anyhow::Result<()> {
+    if thresholder.parameters() != parameters {
+        *thresholder = Thresholder::new(parameters.clone())?;
+    }
     Ok(())
 }
 

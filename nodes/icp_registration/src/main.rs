@@ -17,14 +17,17 @@ fn main() -> ExitCode {
 }
 
 async fn serve(node: Node) -> anyhow::Result<()> {
-    let parameters = node.parameters(Parameters::validate)?;
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let progress = Arc::new(Mutex::new(Progress::new(parameters.clone())));
+    let tuned = node.tune(parameters, Parameters::TUNABLES, Parameters::validate)?;
     let registered = node.publish("registered", 16, Latch::Yes)?;
     let clouds = node.publish("registered/cloud", 4, Latch::Yes)?;
-    let progress = Arc::new(Mutex::new(Progress::new(parameters.clone())));
     let _views = node.subscribe("views", Expect::EVENTS, {
-        let progress = Arc::clone(&progress);
+        let (progress, tuned) = (Arc::clone(&progress), tuned.clone());
         move |view: View| {
-            let Some(message) = lock(&progress).on_view(view) else {
+            let mut progress = lock(&progress);
+            progress.set_parameters(&tuned.now());
+            let Some(message) = progress.on_view(view) else {
                 return;
             };
             match &message.error[..] {
@@ -37,7 +40,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     node.clock().on_jump(move || lock(&progress).abandon());
     let _service = node.serve::<RegisterViews>("register_views", move |request| {
         Ok(RegisterViewsRes {
-            registered: register_at_once(&parameters, request),
+            registered: register_at_once(&tuned.now(), request),
         })
     })?;
     node.until_shutdown().await;

@@ -1,6 +1,6 @@
 //! What a user can set.
 
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Tunable, tunables};
 use serde::{Deserialize, Serialize};
 
 /// Where registration of a view starts.
@@ -92,47 +92,28 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// What may change from one scan to the next.
+    pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
+        voxel_m: f64, 0.0002..=0.05, "m", "Side of the cubes in which the model keeps one point each";
+        sample_count: usize, 100..=1_000_000, "", "How many of a view's points are matched at most";
+        min_points: usize, 10..=1_000_000, "", "A view with fewer points is an error";
+        min_fitness: f64, 0.0..=1.0, "", "Smallest share of a view's points with a neighbour";
+        max_correspondence_m: f64, 0.0005..=0.1, "m", "Kinematic start: farthest neighbour";
+        max_iterations: usize, 1..=10_000, "", "Kinematic start: steps at most";
+        kept_fraction: f64, 0.1..=1.0, "", "Kinematic start: share of the pairs that is used";
+        max_correction_m: f64, 0.0..=0.2, "m", "Kinematic start: farthest that a view may be moved";
+        max_correction_rad: f64, 0.0..=1.0, "rad", "Kinematic start: most that a view may be turned";
+        degenerate_below: f64, 0.0..=1.0, "", "Kinematic start: motions that move surfaces less are left alone";
+        rigid_above_m: f64, -1.0..=1.0, "m", "Kinematic start: only points above this plane are matched";
+        rigid_radius_m: f64, 0.01..=10.0, "m", "Kinematic start: only points this near to the axis are matched";
+        identity_max_correspondence_m: f64, 0.0005..=0.5, "m", "Identity start: farthest neighbour";
+        identity_max_iterations: usize, 1..=100_000, "", "Identity start: steps at most";
+        identity_relative_stop: f64, 0.0..=0.1, "", "Identity start: it ends when a step changes less";
+    };
+
     /// Refuses what cannot be meant.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("voxel_m", self.voxel_m, 0.0002..=0.05, "m")?;
-        in_range("sample_count", self.sample_count, 100..=1_000_000, "")?;
-        in_range("min_points", self.min_points, 10..=1_000_000, "")?;
-        in_range("min_fitness", self.min_fitness, 0.0..=1.0, "")?;
-        in_range(
-            "max_correspondence_m",
-            self.max_correspondence_m,
-            0.0005..=0.1,
-            "m",
-        )?;
-        in_range("max_iterations", self.max_iterations, 1..=10_000, "")?;
-        in_range("kept_fraction", self.kept_fraction, 0.1..=1.0, "")?;
-        in_range("max_correction_m", self.max_correction_m, 0.0..=0.2, "m")?;
-        in_range(
-            "max_correction_rad",
-            self.max_correction_rad,
-            0.0..=1.0,
-            "rad",
-        )?;
-        in_range("degenerate_below", self.degenerate_below, 0.0..=1.0, "")?;
-        in_range("rigid_above_m", self.rigid_above_m, -1.0..=1.0, "m")?;
-        in_range("rigid_radius_m", self.rigid_radius_m, 0.01..=10.0, "m")?;
-        in_range(
-            "identity_max_correspondence_m",
-            self.identity_max_correspondence_m,
-            0.0005..=0.5,
-            "m",
-        )?;
-        in_range(
-            "identity_max_iterations",
-            self.identity_max_iterations,
-            1..=100_000,
-            "",
-        )?;
-        in_range(
-            "identity_relative_stop",
-            self.identity_relative_stop,
-            0.0..=0.1,
-            "",
-        )
+        let mut tunables = Self::TUNABLES.iter();
+        tunables.try_for_each(|tunable| tunable.check(self))
     }
 }

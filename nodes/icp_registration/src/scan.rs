@@ -201,6 +201,11 @@ impl Progress {
         }
     }
 
+    /// Registers by these from the next scan on.
+    pub fn set_parameters(&mut self, parameters: &Parameters) {
+        self.parameters.clone_from(parameters);
+    }
+
     /// Forgets the scan under way, and takes no more views of it.
     pub fn abandon(&mut self) {
         if let Some(current) = &mut self.current {

@@ -27,19 +27,25 @@ fn main() -> ExitCode {
 async fn serve(node: Node) -> anyhow::Result<()> {
     let parameters = node.parameters(Parameters::validate)?;
     let (opening, _fingers) = Opening::listen(&node, &parameters)?;
-    let cropper = Arc::new(Cropper::new(parameters)?);
+    let tuned = node.tune(parameters, Parameters::TUNABLES, Parameters::validate)?;
+    let cropper = move || Cropper::new((*tuned.now()).clone());
     let objects = node.publish("object", 16, Latch::Yes)?;
     let clouds = node.publish("object/cloud", 4, Latch::Yes)?;
     let display = Display::new(&node)?;
     let progress = Mutex::new(Progress::default());
     let _registered = node.subscribe("registered", Expect::EVENTS, {
-        let cropper = Arc::clone(&cropper);
+        let cropper = cropper.clone();
         move |registered: RegisteredCloud| {
             let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
             let (id, view_count) = (&registered.scan_id, registered.view_count);
             if !progress.advance(id, view_count, registered.complete) {
                 return;
             }
+            let cropper = match cropper() {
+                Ok(cropper) => cropper,
+                // They were checked when they were set.
+                Err(error) => return log::error!("{error}"),
+            };
             let shown = display.is_watched().then(|| registered.cloud.clone());
             let object = cut_out(&cropper, registered, opening.now_m());
             display.show(&cropper, shown.as_ref(), &object);
@@ -51,6 +57,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         }
     })?;
     let _service = node.serve::<CropCloud>("crop_cloud", move |request| {
+        let cropper = cropper().map_err(|error| error.to_string())?;
         Ok(CropCloudRes {
             // Nobody knows when that was, and how far apart the fingers were then.
             object: cut_out(&cropper, request.registered, None),

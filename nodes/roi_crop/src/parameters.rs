@@ -1,7 +1,7 @@
 //! What a user can set.
 
 use gripper::{Gap, Side};
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 
 use crate::Axis;
@@ -66,29 +66,32 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// What may change from one cloud to the next.
+    pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
+        gripper_length_m: f64, 0.0..=1.0, "m", "From the hand's origin to the fingertips";
+        grasp_depth_m: f64, 0.0..=1.0, "m", "How deep the object stands between the fingers";
+        radius_m: f64, 0.01..=1.0, "m", "Farthest that the object reaches from the hand's axis";
+        height_m: f64, 0.01..=2.0, "m", "Height of the tallest object";
+        finger_width_m: f64, 0.0..=0.5, "m", "Width of a finger; 0 leaves the fingers in";
+        finger_inner_m: f64, 0.0..=0.5, "m", "Where a finger's inner face may begin, from the axis";
+        finger_margin_m: f64, 0.0..=0.05, "m", "How much larger the boxes are that cut the fingers out";
+        keep_above_m: f64, -100.0..=100.0, "m", "Without kinematics: height up to which all is ground";
+        stray_radius_m: f64, 0.0005..=0.5, "m", "Distance within which a point must have neighbours";
+        stray_min_neighbours: usize, 0..=1000, "", "So many of them; 0 keeps all points";
+        min_points: usize, 1..=1_000_000, "", "What has fewer points is an empty hand";
+    };
+
     /// Refuses what cannot be meant.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("gripper_length_m", self.gripper_length_m, 0.0..=1.0, "m")?;
+        for tunable in Self::TUNABLES {
+            tunable.check(self)?;
+        }
         in_range(
             "grasp_depth_m",
             self.grasp_depth_m,
             0.0..=self.gripper_length_m,
             "m (gripper_length_m)",
         )?;
-        in_range("radius_m", self.radius_m, 0.01..=1.0, "m")?;
-        in_range("height_m", self.height_m, 0.01..=2.0, "m")?;
-        in_range("finger_width_m", self.finger_width_m, 0.0..=0.5, "m")?;
-        self.gap.validate()?;
-        in_range("finger_inner_m", self.finger_inner_m, 0.0..=0.5, "m")?;
-        in_range("finger_margin_m", self.finger_margin_m, 0.0..=0.05, "m")?;
-        in_range("keep_above_m", self.keep_above_m, -100.0..=100.0, "m")?;
-        in_range("stray_radius_m", self.stray_radius_m, 0.0005..=0.5, "m")?;
-        in_range(
-            "stray_min_neighbours",
-            self.stray_min_neighbours,
-            0..=1000,
-            "",
-        )?;
-        in_range("min_points", self.min_points, 1..=1_000_000, "")
+        self.gap.validate()
     }
 }

@@ -164,7 +164,7 @@ impl<G> Goals<G> {
             .is_some_and(|state| state.status == Status::Preempting)
     }
 
-    /// Ends the work; gives the goal's last state. `text` empty: what was said before stays.
+    /// Ends the work, and says so in words; who gave it up was already said. Gives the goal's last state.
     pub fn finish(&mut self, outcome: Outcome, text: &str, now: Instant) -> Option<GoalState> {
         let index = self
             .running()
@@ -174,7 +174,7 @@ impl<G> Goals<G> {
             Outcome::Aborted => Status::Aborted,
             Outcome::Preempted => Status::Preempted,
         };
-        if outcome != Outcome::Preempted || !text.is_empty() {
+        if outcome != Outcome::Preempted {
             self.known[index].state.text = text.into();
         }
         Some(self.end(index, status, now))

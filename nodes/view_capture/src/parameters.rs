@@ -1,7 +1,7 @@
 //! Parameters of the node.
 
 use crate::sweep::SweepRules;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 
 /// Who turns the wrist.
@@ -82,13 +82,20 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// What may change from one scan to the next.
+    pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
+        view_count: u32, 1..=64, "", "Views of a scan unless the caller says otherwise";
+        view_step_rad: f64, 0.001..=3.2, "rad", "Wrist turn between views";
+    };
+
     /// Names the first parameter that is out of range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("view_count", self.view_count, 1..=64, "")?;
+        for tunable in Self::TUNABLES {
+            tunable.check(self)?;
+        }
         let (min, max) = (self.angle_min_rad, self.angle_max_rad);
         in_range("angle_max_rad", max, min..=7.0, "rad")?;
         in_range("centre_angle_rad", self.centre_angle_rad, min..=max, "rad")?;
-        in_range("view_step_rad", self.view_step_rad, 1e-3..=3.2, "rad")?;
         for (name, value) in [
             ("motion_deadline_s", self.motion_deadline_s),
             ("frame_deadline_s", self.frame_deadline_s),

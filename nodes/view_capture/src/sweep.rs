@@ -59,6 +59,13 @@ impl<C: Clone> Sweep<C> {
         *self = Self::new(self.rules.clone());
     }
 
+    /// Follows other rules from now on, and forgets what was seen by the old ones.
+    pub fn obey(&mut self, rules: SweepRules) {
+        if rules != self.rules {
+            *self = Self::new(rules);
+        }
+    }
+
     /// Notes a cloud with the stamp of its image.
     pub fn on_cloud(&mut self, stamp_ns: i64, cloud: C) {
         let wanted = self
@@ -226,6 +233,25 @@ mod tests {
             .into_iter()
             .for_each(|angle| player.go(angle));
         assert_eq!(rounded(&player.scans), [[-6, 0, 6]]);
+    }
+
+    #[test]
+    fn other_rules_begin_anew_and_the_same_change_nothing() {
+        let mut player = Player::new();
+        let rules = player.sweep.rules.clone();
+        player.go(-0.6);
+        player.go(0.0);
+        player.sweep.obey(rules.clone());
+        player.go(0.6);
+        player.go(0.0);
+        let view_count = 2;
+        player.sweep.obey(SweepRules {
+            view_count,
+            ..rules
+        });
+        player.go(0.3);
+        player.go(0.6);
+        assert_eq!(rounded(&player.scans), [vec![-6, 0, 6], vec![3, 6]]);
     }
 
     #[test]

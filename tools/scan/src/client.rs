@@ -156,7 +156,12 @@ fn end(message: ScanObjectActionResult) -> End {
     if message.status.status == GoalStatus::SUCCEEDED {
         return End::Answer(message.result.classification);
     }
-    let reasons = [message.result.error, message.status.text];
-    let reason = reasons.into_iter().find(|reason| !reason.is_empty());
-    End::Failure(reason.unwrap_or_else(|| "view_capture gave no reason".into()))
+    let (error, text) = (message.result.error, message.status.text);
+    End::Failure(match (&error[..], &text[..]) {
+        ("", "") => "view_capture gave no reason".into(),
+        (error, "") => error.into(),
+        ("", text) => text.into(),
+        (error, text) if error.contains(text) => error.into(),
+        (error, text) => format!("{error}: {text}"),
+    })
 }

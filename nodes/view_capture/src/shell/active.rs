@@ -9,7 +9,7 @@ use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{Classification, ScanObjectRes};
 use msg::sensor_msgs::PointCloud2;
-use node::{Node, Transforms};
+use node::{Node, Transforms, Tuned};
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,7 +45,7 @@ pub struct Scanned {
 pub struct Scanner {
     wrist: Wrist,
     progress: Progress,
-    parameters: Arc<Parameters>,
+    parameters: Tuned<Parameters>,
     output: Output,
     sources: Sources,
     busy: Arc<Mutex<()>>,
@@ -54,7 +54,7 @@ pub struct Scanner {
 impl Scanner {
     pub fn new(
         node: &Node,
-        parameters: Arc<Parameters>,
+        parameters: Tuned<Parameters>,
         output: Output,
         progress: &Progress,
         sources: Sources,
@@ -75,7 +75,7 @@ impl Scanner {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
         };
-        let angles_rad = match plan(&self.parameters, views) {
+        let angles_rad = match plan(&self.parameters.now(), views) {
             Ok(angles) => angles,
             Err(error) => return refused(error.to_string()),
         };
@@ -118,7 +118,7 @@ impl Scanner {
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
     pub async fn scan_at_start(&self) -> Infallible {
         let mut clouds = self.sources.clouds.clone();
-        if self.parameters.scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
+        if self.parameters.now().scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
             self.scan(0, std::future::pending()).await;
         }
         std::future::pending().await
@@ -152,7 +152,7 @@ impl Scanner {
             }
         }
         self.progress.is(State::Thinking);
-        let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
+        let patience = Duration::from_secs_f64(self.parameters.now().answer_deadline_s);
         let answer = answers.last(patience).await;
         let answer = answer.ok_or_else(|| self.no_answer(patience))?;
         ensure!(answer.error.is_empty(), "{}", answer.error);
@@ -161,7 +161,7 @@ impl Scanner {
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
     async fn is_sure(&self, answers: &mut Answers, views: u32) -> anyhow::Result<bool> {
-        let patience = if self.parameters.may_end_early() {
+        let patience = if self.parameters.now().may_end_early() {
             RUNNING_ANSWER_PATIENCE
         } else {
             Duration::ZERO
@@ -175,11 +175,11 @@ impl Scanner {
             answer.error
         );
         let is_answer = answer.error.is_empty() && answer.known;
-        Ok(is_answer && self.parameters.is_sure(answer.probability))
+        Ok(is_answer && self.parameters.now().is_sure(answer.probability))
     }
 
     async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
-        let deadline = Duration::from_secs_f64(self.parameters.motion_deadline_s);
+        let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
         self.progress.turning(&place, angle_rad);
         let turned = self.wrist.turn(angle_rad, deadline).await?;
         self.progress.is(State::Looking);
@@ -189,7 +189,12 @@ impl Scanner {
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
              depth_threshold's ~depth_min_m and ~depth_max_m fit?"
         );
-        let pose = Pose::at(&self.parameters, self.sources.transforms.as_ref(), &cloud).await?;
+        let pose = Pose::at(
+            &self.parameters.now(),
+            self.sources.transforms.as_ref(),
+            &cloud,
+        )
+        .await?;
         self.progress.taken(cloud.width * cloud.height);
         self.output.view(place, turned.angle, pose, &cloud);
         Ok(())
@@ -197,7 +202,7 @@ impl Scanner {
 
     /// The first cloud whose image was taken after `moment`.
     async fn cloud_after(&self, moment: Time) -> anyhow::Result<Arc<PointCloud2>> {
-        let patience = Duration::from_secs_f64(self.parameters.frame_deadline_s);
+        let patience = Duration::from_secs_f64(self.parameters.now().frame_deadline_s);
         let mut clouds = self.sources.clouds.clone();
         let newer = |cloud: &Option<Arc<PointCloud2>>| {
             cloud

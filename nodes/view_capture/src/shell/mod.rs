@@ -13,7 +13,7 @@ use action::Action;
 use active::{Scanned, Scanner, Sources};
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
 use msg::sensor_msgs::{JointState, PointCloud2};
-use node::{Expect, Node, Transforms};
+use node::{Expect, Node, Transforms, Tuned};
 use output::Output;
 use progress::Progress;
 use std::sync::Arc;
@@ -26,10 +26,12 @@ const ANSWERS_KEPT: usize = 64;
 
 /// Sets the node up and serves until shutdown.
 pub async fn serve(node: Node) -> anyhow::Result<()> {
-    let parameters = Arc::new(node.parameters(Parameters::validate)?);
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let mode = parameters.mode;
     let transforms = parameters.use_tf.then(|| node.transforms()).transpose()?;
     let output = Output::new(&node)?;
-    match parameters.mode {
+    let parameters = node.tune(parameters, Parameters::TUNABLES, Parameters::validate)?;
+    match mode {
         Mode::Active => serve_active(node, parameters, transforms, output).await,
         Mode::Passive => serve_passive(node, parameters, transforms, output).await,
     }
@@ -37,7 +39,7 @@ pub async fn serve(node: Node) -> anyhow::Result<()> {
 
 async fn serve_active(
     node: Node,
-    parameters: Arc<Parameters>,
+    parameters: Tuned<Parameters>,
     transforms: Option<Transforms>,
     output: Output,
 ) -> anyhow::Result<()> {
@@ -46,7 +48,7 @@ async fn serve_active(
     let progress = Progress::new();
     let action = Action::listen(&node)?;
     let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
-        let (progress, joint) = (progress.clone(), parameters.joint.clone());
+        let (progress, joint) = (progress.clone(), parameters.now().joint.clone());
         move |state: JointState| {
             if let Some(angle_rad) = passive::angle_of(&state, &joint) {
                 progress.note_angle(angle_rad);
@@ -93,7 +95,7 @@ async fn serve_active(
 
 async fn serve_passive(
     node: Node,
-    parameters: Arc<Parameters>,
+    parameters: Tuned<Parameters>,
     transforms: Option<Transforms>,
     output: Output,
 ) -> anyhow::Result<()> {

@@ -2,7 +2,7 @@
 
 use super::output::{Output, Place, Pose, new_scan_id};
 use msg::sensor_msgs::{JointState, PointCloud2};
-use node::{Expect, Node, Transforms};
+use node::{Expect, Node, Transforms, Tuned};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
@@ -18,11 +18,11 @@ const JOINT_STATES: Expect = Expect {
 /// Watches until shutdown.
 pub async fn watch(
     node: &Node,
-    parameters: Arc<Parameters>,
+    parameters: Tuned<Parameters>,
     transforms: Option<Transforms>,
     output: Output,
 ) -> anyhow::Result<()> {
-    let sweep = Arc::new(Mutex::new(Sweep::new(parameters.sweep_rules())));
+    let sweep = Arc::new(Mutex::new(Sweep::new(parameters.now().sweep_rules())));
     let (found, mut scans) = mpsc::unbounded_channel();
     let _points = node.subscribe("points", Expect::STATE, {
         let sweep = Arc::clone(&sweep);
@@ -32,12 +32,15 @@ pub async fn watch(
         }
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
-        let (sweep, joint) = (Arc::clone(&sweep), parameters.joint.clone());
+        let (sweep, parameters) = (Arc::clone(&sweep), parameters.clone());
+        let joint = parameters.now().joint.clone();
         move |state: JointState| {
             let Some(angle_rad) = angle_of(&state, &joint) else {
                 return;
             };
-            if let Some(views) = lock(&sweep).on_angle(state.header.stamp.nanos(), angle_rad) {
+            let mut sweep = lock(&sweep);
+            sweep.obey(parameters.now().sweep_rules());
+            if let Some(views) = sweep.on_angle(state.header.stamp.nanos(), angle_rad) {
                 // Fails only while the node shuts down.
                 let _ = found.send(views);
             }
@@ -48,7 +51,7 @@ pub async fn watch(
         tokio::select! {
             () = node.until_shutdown() => return Ok(()),
             Some(views) = scans.recv() => {
-                publish(&parameters, transforms.as_ref(), &output, views).await;
+                publish(&parameters.now(), transforms.as_ref(), &output, views).await;
             }
         }
     }
