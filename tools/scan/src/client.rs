@@ -19,14 +19,6 @@ const SILENCE_PERIOD: Duration = Duration::from_millis(500);
 /// How long a cancelled goal may take to end: the arm comes to rest first.
 const CANCEL_PATIENCE: Duration = Duration::from_secs(20);
 
-/// How a goal ended.
-pub enum End {
-    /// With an answer.
-    Answer(Classification),
-    /// Without, for this reason.
-    Failure(String),
-}
-
 enum Event {
     Feedback(ScanObjectFeedback),
     Result(Box<ScanObjectActionResult>),
@@ -113,20 +105,20 @@ impl Client {
         });
     }
 
-    /// Calls `show` with each report until the goal has ended.
-    pub async fn follow(&mut self, show: impl Fn(&ScanObjectFeedback)) -> Result<End> {
+    /// The answer; an error where the goal ended without. Calls `show` with each report until then.
+    pub async fn follow(&mut self, show: impl Fn(&ScanObjectFeedback)) -> Result<Classification> {
         loop {
             match tokio::time::timeout(SILENCE_PERIOD, self.events.recv()).await {
                 Ok(Some(Event::Feedback(report))) => show(&report),
-                Ok(Some(Event::Result(message))) => return Ok(end(*message)),
+                Ok(Some(Event::Result(message))) => return answer(*message),
                 Ok(None) => bail!("the links are closed"),
                 Err(_) => self.check_server()?,
             }
         }
     }
 
-    /// Waits for the end of a goal that was cancelled.
-    pub async fn end_of_cancelled(&mut self) -> Result<End> {
+    /// Waits for the end of a goal that was cancelled; it may have had its answer before.
+    pub async fn end_of_cancelled(&mut self) -> Result<Classification> {
         match tokio::time::timeout(CANCEL_PATIENCE, self.follow(|_| {})).await {
             Ok(end) => end,
             Err(_) => bail!(
@@ -152,16 +144,15 @@ impl Client {
     }
 }
 
-fn end(message: ScanObjectActionResult) -> End {
+fn answer(message: ScanObjectActionResult) -> Result<Classification> {
     if message.status.status == GoalStatus::SUCCEEDED {
-        return End::Answer(message.result.classification);
+        return Ok(message.result.classification);
     }
     let (error, text) = (message.result.error, message.status.text);
-    End::Failure(match (&error[..], &text[..]) {
-        ("", "") => "view_capture gave no reason".into(),
-        (error, "") => error.into(),
-        ("", text) => text.into(),
-        (error, text) if error.contains(text) => error.into(),
-        (error, text) => format!("{error}: {text}"),
-    })
+    match (&error[..], &text[..]) {
+        ("", "") => bail!("view_capture gave no reason"),
+        ("", text) => bail!("{text}"),
+        (error, text) if error.contains(text) => bail!("{error}"),
+        (error, text) => bail!("{error}: {text}"),
+    }
 }

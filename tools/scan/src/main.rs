@@ -9,7 +9,7 @@ mod recording;
 use anyhow::{Context, Result};
 use bar::Bar;
 use clap::Parser;
-use client::{Client, End};
+use client::Client;
 use folder::Folder;
 use node::Node;
 use recording::Recording;
@@ -87,10 +87,7 @@ async fn scan(node: &Node, arguments: &Arguments) -> Result<()> {
         }
     };
     bar.clear();
-    let classification = match end? {
-        End::Answer(classification) => classification,
-        End::Failure(error) => anyhow::bail!("{error}"),
-    };
+    let classification = end?;
     if let (Some(folder), Some(recording)) = (folder, &recording) {
         let recorded = recording
             .of(&classification.scan_id, CLOUDS_PATIENCE)

@@ -159,8 +159,10 @@ fn a_cancellation_may_overtake_its_goal() {
     bench.cancel("", 20);
     assert_eq!(bench.receive("old", 15), [is("old", Status::Recalled)]);
     assert!(bench.receive("young", 21).is_empty());
+    bench.start();
     bench.goals.forget_stamps();
     assert!(bench.receive("after a jump back", 3).is_empty());
+    assert!(bench.goals.is_preempting());
 }
 
 #[test]
