@@ -72,8 +72,8 @@ def test_types_are_those_that_genaction_makes(checkout, tmp_path):
     import roslib.packages
     [genaction] = roslib.packages.find_node('actionlib_msgs', 'genaction.py')
     folder = checkout / 'msg'
-    subprocess.run(['/usr/bin/python3', genaction, folder / 'deformable_cobot/action/ScanObject.action', '-o', tmp_path],
-                   check=True)
+    action = folder / 'deformable_cobot' / 'action' / 'ScanObject.action'
+    subprocess.run(['/usr/bin/python3', genaction, action, '-o', tmp_path], check=True)
     kept = {file.name: file.read_text() for file in (folder / 'derived/deformable_cobot/msg').iterdir()}
     assert kept == {file.name: file.read_text() for file in tmp_path.iterdir()}
     assert roslib.message.get_message_class('deformable_cobot/ScanObjectAction') is not None
