@@ -1,16 +1,18 @@
 # make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
-# make test                    all tests but those of a cluster
+# make test                    all tests but those of a cluster and of several hosts
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
+# make test-hosts              a robot and three computers on this one: started by ssh, and everything that goes wrong
 # make build                   programs in target/release, ROS package in target/catkin/devel
 # make screenshot              README's picture of a scan in RViz, drawn without a screen
 # make bench                   how fast, how often right; plots in target/bench
+# make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
 # make lint                    formatting, warnings, spelling
 # make setup                   installs what is missing; the others call it
 
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-cluster build screenshot bench lint setup
+.PHONY: demo test test-cluster test-hosts build screenshot bench soak lint setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -40,6 +42,11 @@ test-cluster: build
 	setup/install munge slurm-client slurmctld slurmd
 	$(PYTHON) -m pytest tests/cluster
 
+test-hosts: build
+	setup/install iproute2 openssh-server
+	source setup/environment
+	$(PYTHON) -m pytest tests/hosts
+
 screenshot: build
 	setup/install $(RVIZ) xvfb imagemagick
 	source setup/environment
@@ -57,11 +64,17 @@ bench: build
 	$(PYTHON) tests/peers/registration
 	$(PYTHON) tests/peers/training
 
+SCANS := 500
+soak: build
+	source setup/environment
+	$(PYTHON) tests/soak --scans $(SCANS)
+
 lint:
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot \
+	shellcheck --shell=bash --exclude=SC1090,SC1091 launch/env_loader.bash
+	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot tests/soak \
 		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate

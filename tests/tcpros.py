@@ -33,18 +33,18 @@ def read_frame(connection):
 
 
 class BrokenPublisher:
-    """Publishes whatever bytes it is told to, and drops links without a word to the master."""
+    """Publishes whatever bytes it is told to, and drops links without a word to the master; `mute`: answers nobody."""
 
-    def __init__(self, topic, kind, name='/broken_publisher'):
-        self.topic, self.kind, self.name = topic, kind, name
+    def __init__(self, topic, kind, name='/broken_publisher', host='127.0.0.1', mute=False):
+        self.topic, self.kind, self.name, self.mute = topic, kind, name, mute
         self.connections = []
         self.dialled = 0
-        self.listener = socket.create_server(('127.0.0.1', 0))
-        self.api = xmlrpc.server.SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False, allow_none=True)
+        self.listener = socket.create_server((host, 0))
+        self.api = xmlrpc.server.SimpleXMLRPCServer((host, 0), logRequests=False, allow_none=True)
         port = self.listener.getsockname()[1]
-        self.api.register_function(lambda *_: (1, '', ['TCPROS', '127.0.0.1', port]), 'requestTopic')
+        self.api.register_function(lambda *_: (1, '', ['TCPROS', host, port]), 'requestTopic')
         self.api.register_function(lambda *_: (1, '', 1), 'getPid')
-        self.uri = f'http://127.0.0.1:{self.api.server_address[1]}/'
+        self.uri = f'http://{host}:{self.api.server_address[1]}/'
         for work in (self.api.serve_forever, self._accept):
             threading.Thread(target=work, daemon=True).start()
         rosgraph.Master(name).registerPublisher(topic, kind._type, self.uri)
@@ -52,6 +52,9 @@ class BrokenPublisher:
     def _accept(self):
         while True:
             connection, _ = self.listener.accept()
+            if self.mute:
+                self.connections.append(connection)
+                continue
             try:
                 read_frame(connection)
                 connection.sendall(header(callerid=self.name, md5sum=self.kind._md5sum, type=self.kind._type,

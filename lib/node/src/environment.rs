@@ -1,9 +1,12 @@
 //! What must be right around a node before it starts.
 
-use std::net::{TcpStream, ToSocketAddrs};
+use crate::xmlrpc;
+use std::net::ToSocketAddrs;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
+/// How long the master has to answer, before anything is asked that rosrust would wait for without end.
+const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 /// How long a node waits for the master: roslaunch starts both together.
 const MASTER_WAIT: Duration = Duration::from_secs(10);
 const MASTER_POLL: Duration = Duration::from_millis(200);
@@ -63,6 +66,11 @@ pub(crate) fn authority(uri: &str) -> Option<&str> {
     port.parse::<u16>().is_ok().then_some(rest)
 }
 
+/// Whether the master answers now.
+pub(crate) fn check_master() -> std::io::Result<()> {
+    xmlrpc::ping(&master_uri(), MASTER_DEADLINE).map(drop)
+}
+
 fn variable(name: &str) -> Option<String> {
     std::env::var(name).ok().filter(|value| !value.is_empty())
 }
@@ -82,9 +90,9 @@ fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), Environ
 }
 
 fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
-    let host = authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
+    authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
     loop {
-        if TcpStream::connect(host).is_ok() {
+        if xmlrpc::ping(uri, MASTER_DEADLINE).is_ok() {
             return Ok(());
         }
         if Instant::now() > deadline {

@@ -13,6 +13,7 @@
 //! | service calls wait for ever | [`Node::call`] has a deadline, and hangs up when it is dropped |
 //! | services do not see their callers die | a server of our own, and [`Caller::gone`] |
 //! | one mute caller keeps all others from a service | that server gives each a thread and a time limit |
+//! | waits for mute, stopped and unplugged peers | time limits on all sockets |
 //! | no notion of time going back | [`Clock::jumps`], and TF is forgotten |
 //! | address of the computer guessed | [`environment`] requires it |
 //! | a panic ends one callback in silence | the process aborts, roslaunch starts it again |
@@ -33,22 +34,29 @@ mod listener;
 mod logging;
 mod master;
 mod node;
+mod offset;
 mod parameters;
+mod peers;
 mod publisher;
 mod service;
 mod service_client;
 mod service_server;
+mod sockets;
 mod subscriber;
 mod supervisor;
+mod tcp_info;
 mod tcpros;
 mod tuning;
+mod xmlrpc;
 
 pub use caller::Caller;
 pub use clock::Clock;
 pub use health::{Health, Level};
 pub use listener::Transforms;
 pub use node::{Node, run};
+pub use offset::ClockOffset;
 pub use parameters::ParameterError;
+pub use peers::{PeerClock, Peers, Source, Unreachable};
 pub use publisher::{Latch, Publisher};
 pub use service::{CallError, Server};
 pub use subscriber::{Expect, Subscriber};

@@ -227,6 +227,7 @@ impl Node {
 
     /// Names of the nodes that publish on `topic` (with its namespace), as the master has them.
     pub fn publishers_of(&self, topic: &str) -> anyhow::Result<Vec<String>> {
+        environment::check_master().context("no word from the ROS master")?;
         let state = rosrust::state()
             .map_err(|error| anyhow::anyhow!("no word from the ROS master: {error}"))?;
         let found = state

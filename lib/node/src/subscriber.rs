@@ -1,8 +1,12 @@
 //! Subscribers that notice a dead link, by the age of what they heard, and dial again.
 
 use crate::bounded::Bounded;
+use crate::environment;
 use crate::link::{Report, Tended};
+use crate::service::resolved;
+
 use rosrust::Message;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -11,6 +15,9 @@ use std::time::{Duration, Instant};
 const REDIAL_MAX: Duration = Duration::from_secs(8);
 /// Pause between looks for a publisher; rosrust tells nobody when one comes.
 const PUBLISHER_PERIOD: Duration = Duration::from_millis(20);
+
+/// How long after dialling the end of a connection may be that of the old one.
+const OWN_END: Duration = Duration::from_millis(2500);
 
 /// What a subscriber may expect of its topic.
 #[derive(Debug, Clone, Copy)]
@@ -33,8 +40,8 @@ impl Expect {
         queue: 16,
         silence_max: Duration::from_millis(3500),
     };
-    /// Commands, which are silent while nothing is to be done. Never dialled again: a command that comes meanwhile would
-    /// be lost, and nobody repeats it.
+    /// Commands, which are silent while nothing is to be done. Dialled again only when a link has ended: a command that
+    /// comes meanwhile would be lost, and nobody repeats it.
     pub const COMMANDS: Self = Self {
         queue: 64,
         silence_max: Duration::MAX,
@@ -152,6 +159,17 @@ impl Core {
             .is_some_and(|handle| handle.publisher_count() > 0)
     }
 
+    /// Whether there is somebody to dial: rosrust forgets a publisher that did not answer when it was asked. None where
+    /// the master is out of reach, for whom rosrust waits as long as TCP does.
+    fn has_publisher(&self, count: usize) -> bool {
+        let announced = |name: String| {
+            let topics = rosrust::state().map(|state| state.publishers);
+            topics.is_ok_and(|topics| topics.iter().any(|topic| topic.name == name))
+        };
+        environment::check_master().is_ok()
+            && (count > 0 || resolved(&self.topic).is_ok_and(announced))
+    }
+
     /// Drops the link and dials all publishers anew: rosrust never redials one that it believes to be connected.
     fn redial(&self, link: &mut Link) {
         link.handle = None;
@@ -174,18 +192,31 @@ impl Tended for Core {
         if silent_since.elapsed() < link.pause {
             return;
         }
-        // Without a publisher there is nobody to dial; the master announces the next one.
-        if link
+        link.pause = (link.pause * 2).min(REDIAL_MAX.max(self.expect.silence_max));
+        let count = link
             .handle
             .as_ref()
-            .is_some_and(|handle| handle.publisher_count() == 0)
-        {
+            .map_or(0, |handle| handle.publisher_count());
+        if !self.has_publisher(count) {
             link.dialled = Instant::now();
             return;
         }
         log::debug!("{} is silent; dialling again", self.topic);
-        link.pause = (link.pause * 2).min(REDIAL_MAX.max(self.expect.silence_max));
         self.redial(&mut link);
+    }
+
+    fn lost(&self, gone: &[SocketAddr]) {
+        let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let watched = self.expect.silence_max != Duration::MAX;
+        if watched || gone.is_empty() || link.dialled.elapsed() < OWN_END {
+            return;
+        }
+        let publishers = link.handle.as_ref().map(|handle| handle.publisher_uris());
+        let is_publisher = |uri: &String| gone.iter().any(|end| may_carry(uri, *end));
+        if publishers.is_some_and(|uris| uris.iter().any(is_publisher)) {
+            log::debug!("a link of {} has ended; dialling again", self.topic);
+            self.redial(&mut link);
+        }
     }
 
     fn renew(&self) {
@@ -205,5 +236,31 @@ impl Tended for Core {
             count: self.heard.count.load(Ordering::Relaxed),
             age: self.heard.latest().map(|latest| latest.elapsed()),
         })
+    }
+}
+
+/// Whether a connection to `end` may carry a topic of the node at `uri`: it is to the same computer, but not to the port
+/// that answers questions.
+fn may_carry(uri: &str, end: SocketAddr) -> bool {
+    let Some((host, port)) = environment::authority(uri).and_then(|whole| whole.rsplit_once(':'))
+    else {
+        return false;
+    };
+    let same_host = host.parse::<IpAddr>().map_or(true, |host| host == end.ip());
+    same_host && port != end.port().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn only_other_ports_of_the_publisher_carry_its_topics() {
+        let end = "10.0.0.2:4712".parse().unwrap();
+        assert!(may_carry("http://10.0.0.2:4711/", end));
+        assert!(may_carry("http://arm:4711/", end), "names are not resolved");
+        assert!(!may_carry("http://10.0.0.2:4712/", end));
+        assert!(!may_carry("http://10.0.0.3:4711/", end));
     }
 }

@@ -1,14 +1,17 @@
 //! The thread that looks after a node's links: repeats, redials, and registers again with a master that forgot.
 
 use crate::clock::Clock;
+use crate::environment;
 use crate::health::Health;
 use crate::link::Tended;
+use crate::sockets::Sockets;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 const TICK: Duration = Duration::from_millis(20);
 const TEND_PERIOD: Duration = Duration::from_millis(200);
+const SOCKETS_PERIOD: Duration = Duration::from_millis(250);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
 
@@ -53,7 +56,8 @@ pub(crate) struct Duties {
     pub restore: Box<dyn Fn() + Send>,
 }
 
-/// Starts the two threads: one for time and repeats, one for what may block on the network.
+/// Starts the threads: for time and diagnostics, for sockets, and one each for the links and the master, which may wait for
+/// the network.
 pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
     let Duties {
         registry,
@@ -62,42 +66,57 @@ pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
         restore,
     } = duties;
     let links = Arc::clone(&registry);
-    std::thread::Builder::new()
-        .name("supervisor".into())
-        .spawn(move || {
-            let mut tended = Instant::now();
-            let mut reported = Instant::now();
-            while rosrust::is_ok() {
-                std::thread::sleep(TICK);
-                clock.observe(rosrust::now());
-                if tended.elapsed() >= TEND_PERIOD {
-                    tended = Instant::now();
-                    links.living().iter().for_each(|link| link.tend());
-                }
-                if reported.elapsed() >= REPORT_PERIOD {
-                    reported = Instant::now();
-                    let reports = links
-                        .living()
-                        .iter()
-                        .filter_map(|link| link.report())
-                        .collect();
-                    health.publish(reports);
-                }
+    spawn("supervisor", TICK, {
+        let mut reported = Instant::now();
+        move || {
+            clock.observe(rosrust::now());
+            if reported.elapsed() >= REPORT_PERIOD {
+                reported = Instant::now();
+                let links = links.living();
+                health.publish(links.iter().filter_map(|link| link.report()).collect());
             }
-        })?;
-    std::thread::Builder::new()
-        .name("master watch".into())
-        .spawn(move || {
-            let mut master = MasterWatch::default();
-            while rosrust::is_ok() {
-                std::thread::sleep(MASTER_PERIOD);
-                if master.forgot_us() {
-                    log::warn!("the ROS master was restarted; registering again");
-                    restore();
-                    registry.living().iter().for_each(|link| link.renew());
-                }
+        }
+    })?;
+    // By itself: what holds up the others may be what it ends.
+    let (ended, ends) = std::sync::mpsc::channel();
+    spawn("sockets", SOCKETS_PERIOD, {
+        let mut sockets = Sockets::new(&environment::master_uri());
+        move || {
+            // Nobody receives while the node goes.
+            let _ = ended.send(sockets.tend());
+        }
+    })?;
+    let links = Arc::clone(&registry);
+    spawn("links", TEND_PERIOD, move || {
+        links.living().iter().for_each(|link| link.tend());
+        let gone: Vec<_> = ends.try_iter().flatten().collect();
+        links.living().iter().for_each(|link| link.lost(&gone));
+    })?;
+    spawn("master watch", MASTER_PERIOD, {
+        let mut master = MasterWatch::default();
+        move || {
+            if master.forgot_us() {
+                log::warn!("the ROS master was restarted; registering again");
+                restore();
+                registry.living().iter().for_each(|link| link.renew());
             }
-        })?;
+        }
+    })
+}
+
+/// Does `work` after each `period` while the node runs.
+fn spawn(
+    name: &str,
+    period: Duration,
+    mut work: impl FnMut() + Send + 'static,
+) -> std::io::Result<()> {
+    let thread = std::thread::Builder::new().name(name.into());
+    thread.spawn(move || {
+        while rosrust::is_ok() {
+            std::thread::sleep(period);
+            work();
+        }
+    })?;
     Ok(())
 }
 
@@ -110,15 +129,19 @@ impl MasterWatch {
     /// Whether a master answers that knows nothing of this node: each node publishes at least its diagnostics.
     fn forgot_us(&mut self) -> bool {
         let name = rosrust::name();
-        match rosrust::state() {
-            Ok(state) => {
-                self.unreachable = false;
+        // Asked first, since rosrust waits for a master out of reach as long as TCP does.
+        let state = environment::check_master().map(|()| rosrust::state());
+        match state {
+            Ok(Ok(state)) => {
+                if std::mem::take(&mut self.unreachable) {
+                    log::info!("the ROS master answers again");
+                }
                 !state
                     .publishers
                     .iter()
                     .any(|topic| topic.connections.contains(&name))
             }
-            Err(_) => {
+            _ => {
                 if !std::mem::replace(&mut self.unreachable, true) {
                     log::warn!("the ROS master does not answer; links that exist go on");
                 }

@@ -44,6 +44,10 @@ pub struct Parameters {
     pub transform_deadline_s: f64,
     /// Time for the answer after the last view, s.
     pub answer_deadline_s: f64,
+    /// Offset of another computer's clock from which on diagnostics warn, s.
+    pub clock_offset_warn_s: f64,
+    /// Offset of another computer's clock from which on no view is taken, s (active mode).
+    pub clock_offset_max_s: f64,
     /// Wrist motion that still counts as rest, rad (passive mode).
     pub rest_tolerance_rad: f64,
     /// Rest before a view is taken, s (passive mode).
@@ -72,6 +76,8 @@ impl Default for Parameters {
             frame_deadline_s: 2.0,
             transform_deadline_s: 1.0,
             answer_deadline_s: 5.0,
+            clock_offset_warn_s: 0.02,
+            clock_offset_max_s: 0.1,
             rest_tolerance_rad: 0.01,
             rest_dwell_s: 0.1,
             separation_rad: 0.1,
@@ -103,6 +109,12 @@ impl Parameters {
             ("answer_deadline_s", self.answer_deadline_s),
         ] {
             in_range(name, value, 0.01..=600.0, "s")?;
+        }
+        for (name, value) in [
+            ("clock_offset_warn_s", self.clock_offset_warn_s),
+            ("clock_offset_max_s", self.clock_offset_max_s),
+        ] {
+            in_range(name, value, 1e-3..=10.0, "s")?;
         }
         in_range(
             "rest_tolerance_rad",

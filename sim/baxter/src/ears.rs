@@ -151,7 +151,10 @@ fn listen_to_head(node: &Node, simulation: &Simulation) -> anyhow::Result<Subscr
 
 /// Private topics that a real robot has no counterpart for: what people and things do to it.
 fn listen_to_fate(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
+    let clock = simulation.clone();
+    let step_clock = move |offset_s: std_msgs::Float64| clock.step_clock(offset_s.data);
     Ok(vec![
+        node.subscribe("~step_clock", Expect::COMMANDS, step_clock)?,
         on(
             node,
             simulation,

@@ -7,6 +7,7 @@
 //! | `~report_error` | Bool | an error that does not stop the robot |
 //! | `~hold_left_cuff`, `~hold_right_cuff` | Bool | a hand on the cuff |
 //! | `~left_collision_object` | String | what collision avoidance sees near the left arm; empty for nothing |
+//! | `~step_clock` | Float64 | sets the robot's clock so many seconds ahead |
 //! | `~left_object_width_m`, `~right_object_width_m` | Float64 | puts something so thick into the hand, which closes on it; 0 takes it away |
 
 mod ears;
@@ -14,10 +15,12 @@ mod hand_voice;
 mod voice;
 
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use msg::Time;
 use node::Node;
 use sim_baxter::{Kinematics, Parameters, Robot};
 use tokio::time::{MissedTickBehavior, interval};
@@ -41,7 +44,8 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let speak = async {
         for tick in 0_u64.. {
             ticker.tick().await;
-            voice.speak(&mut simulation.now(), node.clock().now(), tick);
+            let stamp = simulation.stamp(node.clock().now());
+            voice.speak(&mut simulation.now(), stamp, tick);
         }
     };
     tokio::select! {
@@ -55,13 +59,28 @@ async fn run(node: Node) -> anyhow::Result<()> {
 #[derive(Clone)]
 struct Simulation {
     shared: Arc<Mutex<(Robot, Instant)>>,
+    clock_offset_ns: Arc<AtomicI64>,
 }
 
 impl Simulation {
     fn new(robot: Robot) -> Self {
         Self {
             shared: Arc::new(Mutex::new((robot, Instant::now()))),
+            clock_offset_ns: Arc::default(),
         }
+    }
+
+    /// Sets the robot's clock so far ahead of this computer's; negative: behind.
+    fn step_clock(&self, offset_s: f64) {
+        // Saturates, and takes NaN for 0.
+        self.clock_offset_ns
+            .store((offset_s * 1e9) as i64, Ordering::Relaxed);
+    }
+
+    /// The robot's time when this computer's is `now`.
+    fn stamp(&self, now: Time) -> Time {
+        let offset_ns = self.clock_offset_ns.load(Ordering::Relaxed);
+        Time::from_nanos(now.nanos().saturating_add(offset_ns).max(0))
     }
 
     /// The robot as it is now.

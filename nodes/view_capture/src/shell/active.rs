@@ -3,13 +3,14 @@
 use super::answers::Answers;
 use super::output::{Output, Place, Pose, new_scan_id};
 use super::progress::{Progress, State};
+use super::surroundings::Surroundings;
 use super::troubles::Troubles;
 use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{Classification, ScanObjectRes};
 use msg::sensor_msgs::PointCloud2;
-use node::{Node, Transforms, Tuned};
+use node::{CallError, Node, Transforms, Tuned};
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,6 +31,7 @@ pub struct Sources {
     pub clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
     pub answers: broadcast::Sender<Classification>,
     pub troubles: Troubles,
+    pub surroundings: Surroundings,
 }
 
 /// A scan that has ended.
@@ -49,6 +51,8 @@ pub struct Scanner {
     output: Output,
     sources: Sources,
     busy: Arc<Mutex<()>>,
+    /// The cloud of the latest view.
+    last_seen: Arc<Mutex<Option<Arc<PointCloud2>>>>,
 }
 
 impl Scanner {
@@ -66,6 +70,7 @@ impl Scanner {
             output,
             sources,
             busy: Arc::default(),
+            last_seen: Arc::default(),
         }
     }
 
@@ -179,9 +184,16 @@ impl Scanner {
     }
 
     async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
+        self.sources.surroundings.check()?;
         let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
         self.progress.turning(&place, angle_rad);
-        let turned = self.wrist.turn(angle_rad, deadline).await?;
+        let turned = match self.wrist.turn(angle_rad, deadline).await {
+            Ok(turned) => turned,
+            Err(error) if error.is::<CallError>() => {
+                bail!("{error}{}", self.sources.surroundings.clause().await)
+            }
+            Err(error) => return Err(error),
+        };
         self.progress.is(State::Looking);
         let cloud = self.cloud_after(turned.at_rest).await?;
         ensure!(
@@ -195,8 +207,21 @@ impl Scanner {
             &cloud,
         )
         .await?;
+        self.check_alive(&cloud).await?;
         self.progress.taken(cloud.width * cloud.height);
         self.output.view(place, turned.angle, pose, &cloud);
+        Ok(())
+    }
+
+    /// Refuses an image that is the last view's once more: no two images of a camera have the same noise. Captures that are
+    /// played again may.
+    async fn check_alive(&self, cloud: &Arc<PointCloud2>) -> anyhow::Result<()> {
+        let last = self.last_seen.lock().await.replace(Arc::clone(cloud));
+        let same = last.is_some_and(|last| last.data == cloud.data);
+        ensure!(
+            !(same && self.sources.transforms.is_some()),
+            "the camera's image is that of the view before, bit by bit; it is frozen: restart its driver"
+        );
         Ok(())
     }
 

@@ -6,6 +6,7 @@ mod answers;
 mod output;
 mod passive;
 mod progress;
+mod surroundings;
 mod troubles;
 mod wrist;
 
@@ -17,8 +18,8 @@ use node::{Expect, Node, Transforms, Tuned};
 use output::Output;
 use progress::Progress;
 use std::sync::Arc;
+use surroundings::Surroundings;
 use tokio::sync::{broadcast, watch};
-use troubles::Troubles;
 use view_capture::{Mode, Outcome, Parameters};
 
 /// Answers kept for a scan that looks for its own.
@@ -47,9 +48,12 @@ async fn serve_active(
     let answers = broadcast::Sender::new(ANSWERS_KEPT);
     let progress = Progress::new();
     let action = Action::listen(&node)?;
+    let surroundings = Surroundings::watch(&node, &parameters)?;
     let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
         let (progress, joint) = (progress.clone(), parameters.now().joint.clone());
+        let surroundings = surroundings.clone();
         move |state: JointState| {
+            surroundings.note_robot(state.header.stamp);
             if let Some(angle_rad) = passive::angle_of(&state, &joint) {
                 progress.note_angle(angle_rad);
             }
@@ -59,11 +63,16 @@ async fn serve_active(
         transforms,
         clouds: clouds.subscribe(),
         answers: answers.clone(),
-        troubles: Troubles::listen(&node)?,
+        troubles: surroundings.listen()?,
+        surroundings: surroundings.clone(),
     };
     let scanner = Scanner::new(&node, parameters, output, &progress, sources);
-    let _points = node.subscribe("points", Expect::STATE, move |cloud: PointCloud2| {
-        clouds.send_replace(Some(Arc::new(cloud)));
+    let _points = node.subscribe("points", Expect::STATE, {
+        let surroundings = surroundings.clone();
+        move |cloud: PointCloud2| {
+            surroundings.note_cloud(cloud.header.stamp);
+            clouds.send_replace(Some(Arc::new(cloud)));
+        }
     })?;
     let _answers = node.subscribe("classification", Expect::EVENTS, {
         let progress = progress.clone();
@@ -90,6 +99,7 @@ async fn serve_active(
         never = progress.publish(&node) => match never? {},
         never = action.serve(Some(&progress), on_goal) => match never {},
         never = scanner.scan_at_start() => match never {},
+        never = surroundings.report() => match never {},
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the other nodes say is wrong, so that a scan that fails can tell its caller.
 
+use msg::Time;
 use msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use node::{Expect, Node, Subscriber};
 use std::collections::BTreeMap;
@@ -24,11 +25,22 @@ pub struct Troubles {
 struct Heard(BTreeMap<String, (i8, String, Instant)>);
 
 impl Troubles {
-    pub fn listen(node: &Node) -> anyhow::Result<Self> {
+    /// Also calls `note` with the name of each node that speaks and the stamp by its clock.
+    pub fn listen(
+        node: &Node,
+        note: impl Fn(&str, Time) + Send + Sync + 'static,
+    ) -> anyhow::Result<Self> {
         let heard = Arc::new(Mutex::new(Heard::default()));
         let link = node.subscribe("/diagnostics", Expect::SPORADIC, {
             let heard = Arc::clone(&heard);
             move |array: DiagnosticArray| {
+                if let Some(name) = array
+                    .status
+                    .first()
+                    .and_then(|status| node_of(&status.name))
+                {
+                    note(name, array.header.stamp);
+                }
                 heard
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -85,17 +97,19 @@ impl Heard {
 
     fn silent_stages(&self, now: Instant) -> Vec<&'static str> {
         let speaks = |stage: &&str| {
-            self.fresh(now).any(|(name, ..)| {
-                name.split(':')
-                    .next()
-                    .is_some_and(|node| node.ends_with(stage))
-            })
+            self.fresh(now)
+                .any(|(name, ..)| node_of(name).is_some_and(|node| node.ends_with(stage)))
         };
         LATER_STAGES
             .into_iter()
             .filter(|stage| !speaks(stage))
             .collect()
     }
+}
+
+/// The node in the name of a status, "node: part".
+fn node_of(name: &str) -> Option<&str> {
+    name.split_once(':').map(|(node, _)| node)
 }
 
 #[cfg(test)]
