@@ -16,6 +16,8 @@ const REDIAL_MAX: Duration = Duration::from_secs(8);
 /// Pause between looks for a publisher; rosrust tells nobody when one comes.
 const PUBLISHER_PERIOD: Duration = Duration::from_millis(20);
 
+/// Pause between attempts to make a connection again that has ended.
+const RETRY: Duration = Duration::from_secs(1);
 /// How long after dialling the end of a connection may be that of the old one.
 const OWN_END: Duration = Duration::from_millis(2500);
 
@@ -73,6 +75,8 @@ struct Link {
     handle: Option<rosrust::Subscriber>,
     dialled: Instant,
     pause: Duration,
+    /// Whether a connection of an unwatched topic has ended and was not made again.
+    lost: bool,
 }
 
 struct Heard {
@@ -105,6 +109,7 @@ impl Subscriber {
             handle: Some(connect()?),
             dialled: Instant::now(),
             pause: expect.silence_max,
+            lost: false,
         };
         let core = Core {
             topic: topic.into(),
@@ -170,6 +175,16 @@ impl Core {
             && (count > 0 || resolved(&self.topic).is_ok_and(announced))
     }
 
+    /// Dials again after a connection has ended, until the publisher answers.
+    fn retry(&self, link: &mut Link) {
+        link.dialled = Instant::now();
+        if self.has_publisher(0) {
+            self.redial(link);
+            let count = link.handle.as_ref().map(|handle| handle.publisher_count());
+            link.lost = count.unwrap_or(0) == 0;
+        }
+    }
+
     /// Drops the link and dials all publishers anew: rosrust never redials one that it believes to be connected.
     fn redial(&self, link: &mut Link) {
         link.handle = None;
@@ -184,6 +199,9 @@ impl Core {
 impl Tended for Core {
     fn tend(&self) {
         let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        if link.lost && link.dialled.elapsed() >= RETRY {
+            return self.retry(&mut link);
+        }
         let latest = self.heard.latest();
         let silent_since = latest.map_or(link.dialled, |latest| latest.max(link.dialled));
         if latest.is_some_and(|latest| latest > link.dialled) {
@@ -215,7 +233,7 @@ impl Tended for Core {
         let is_publisher = |uri: &String| gone.iter().any(|end| may_carry(uri, *end));
         if publishers.is_some_and(|uris| uris.iter().any(is_publisher)) {
             log::debug!("a link of {} has ended; dialling again", self.topic);
-            self.redial(&mut link);
+            link.lost = true;
         }
     }
 
