@@ -30,7 +30,7 @@ fn call(method: &str, arguments: &[&str]) -> io::Result<String> {
 
 /// Host and port in an answer that has a service's URI.
 fn rosrpc_address(answer: &str) -> Option<&str> {
-    let (_, rest) = answer.split_once("rosrpc://")?;
+    let (_, rest) = answer.rsplit_once("rosrpc://")?;
     let address = rest.split(['<', '/']).next()?;
     let (_, port) = address.rsplit_once(':')?;
     port.parse::<u16>().is_ok().then_some(address)
