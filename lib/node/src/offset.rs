@@ -13,6 +13,9 @@ const WINDOW: Duration = Duration::from_secs(6);
 /// Differences kept at most; topics at 100 Hz need no more.
 const KEPT_MAX: usize = 200;
 
+/// Differences needed at least: a single message may have waited for a busy processor.
+const KEPT_MIN: usize = 3;
+
 /// The offset of another clock: positive where it is ahead of ours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClockOffset {
@@ -50,13 +53,12 @@ impl Lags {
         }
     }
 
-    /// The least recent difference, s; `None` where nothing came of late.
+    /// The least of the recent differences, s; `None` where too few came of late.
     pub fn least_s(&self, now: Instant) -> Option<f64> {
-        self.recent
-            .iter()
-            .filter(|(when, _)| now.duration_since(*when) <= WINDOW)
-            .map(|(_, lag_s)| *lag_s)
-            .reduce(f64::min)
+        let is_recent = |(when, _): &&(Instant, f64)| now.duration_since(*when) <= WINDOW;
+        let recent = || self.recent.iter().filter(is_recent);
+        let least_s = recent().map(|(_, lag_s)| *lag_s).reduce(f64::min);
+        least_s.filter(|_| recent().count() >= KEPT_MIN)
     }
 }
 
@@ -111,13 +113,15 @@ mod tests {
     fn the_least_recent_lag_counts_and_old_ones_do_not() {
         let (mut lags, begin) = (Lags::default(), Instant::now());
         assert_eq!(lags.least_s(begin), None);
-        for lag_s in [0.03, 0.001, 0.05] {
+        lags.note(0.03, begin);
+        assert_eq!(lags.least_s(begin), None, "one is not enough");
+        for lag_s in [0.001, 0.05] {
             lags.note(lag_s, begin);
         }
         assert_eq!(lags.least_s(begin), Some(0.001));
         let later = begin + WINDOW + Duration::from_secs(1);
         assert_eq!(lags.least_s(later), None);
-        lags.note(0.5, later);
+        (0..KEPT_MIN).for_each(|_| lags.note(0.5, later));
         assert_eq!(lags.least_s(later), Some(0.5));
         (0..1000).for_each(|_| lags.note(0.1, later));
         assert!(lags.recent.len() <= KEPT_MAX);
