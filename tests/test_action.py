@@ -141,6 +141,18 @@ def test_service_and_action_share_the_one_scan_at_a_time(client, sim):
     assert state == 'ABORTED' and '65 views' in result.error
 
 
+def test_a_caller_of_the_service_that_dies_ends_its_scan(sim):
+    from deformable_cobot.msg import Classification
+    answers, wrist = Listener('classification', Classification), W2()
+    caller = sim.core.run('rosservice', 'call', '/scan_object', 'views: 8')
+    wrist.wait_for_motion()
+    caller.process.kill()
+    ended = answers.next(timeout_s=20, accept=lambda answer: answer.complete)
+    assert 'the caller of scan_object has gone' in ended.error
+    assert wrist.speed < 0.05
+    assert sim.scan(views=1).error == ''
+
+
 def test_rostopic_sends_and_cancels_goals(sim):
     from actionlib_msgs.msg import GoalStatusArray
     from deformable_cobot.msg import ScanObjectActionResult

@@ -28,7 +28,7 @@ fn call(method: &str, arguments: &[&str]) -> io::Result<String> {
     xmlrpc::call(&environment::master_uri(), method, arguments, DEADLINE)
 }
 
-/// Host and port in an answer that has a service's URI.
+/// Host and port in an answer that has a service's URI. The master's words quote it before it comes as the value.
 fn rosrpc_address(answer: &str) -> Option<&str> {
     let (_, rest) = answer.rsplit_once("rosrpc://")?;
     let address = rest.split(['<', '/']).next()?;
@@ -50,6 +50,9 @@ mod tests {
             rosrpc_address(&answer("rosrpc://10.0.0.2:80")),
             Some("10.0.0.2:80")
         );
+        let quoted = "<string>rosrpc URI: [rosrpc://10.0.0.2:80]</string>";
+        let found = format!("{quoted}{}", answer("rosrpc://10.0.0.2:80"));
+        assert_eq!(rosrpc_address(&found), Some("10.0.0.2:80"));
         assert_eq!(rosrpc_address(&answer("rosrpc://arm")), None);
         assert_eq!(rosrpc_address(&answer("unknown service")), None);
     }

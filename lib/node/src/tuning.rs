@@ -26,6 +26,8 @@ pub struct Tuned<P: 'static> {
 
 struct Core<P: 'static> {
     current: Mutex<Arc<P>>,
+    /// Held during a change, which asks the master; [`Tuned::now`] does not wait for that.
+    changing: Mutex<()>,
     tunables: &'static [Tunable<P>],
     updates: Publisher<Config>,
 }
@@ -68,6 +70,7 @@ impl Node {
         let core = Arc::new(Core {
             updates: self.publish("~parameter_updates", 4, Latch::Yes)?,
             current: Mutex::new(Arc::new(parameters)),
+            changing: Mutex::new(()),
             tunables,
         });
         core.updates
@@ -100,17 +103,18 @@ impl<P: Serialize + Clone + Send + 'static> Core<P> {
         validate: &impl Fn(&P) -> Result<(), E>,
         node: &Node,
     ) -> ReconfigureRes {
-        let mut current = self.lock();
-        let changed = changed(&**current, self.tunables, asked);
+        let _changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        let current = Arc::clone(&self.lock());
+        let changed = changed(&*current, self.tunables, asked);
         match validate(&changed) {
             Ok(()) => {
+                *self.lock() = Arc::new(changed.clone());
                 node.change_parameters(&changed);
-                *current = Arc::new(changed);
             }
             Err(error) => log::warn!("parameters not changed: {error}"),
         }
-        let config = config(self.tunables, |tunable| (tunable.get)(&current));
-        // Published while it is locked, so that the last message is what is in force.
+        let config = config(self.tunables, |tunable| (tunable.get)(&self.lock()));
+        // Published during the change, so that the last message is what is in force.
         self.updates.send(config.clone());
         ReconfigureRes { config }
     }
