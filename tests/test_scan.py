@@ -1,8 +1,13 @@
 """The whole graph on the simulated robot."""
 
+import re
+import shutil
+import time
+
 import pytest
 
 from graph import Listener
+from processes import wait_until
 from timing import milliseconds
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
@@ -90,3 +95,50 @@ def test_scans_while_one_runs_are_refused_or_answered(sim):
     assert len(responses) == 2
     assert any(response.error == '' for response in responses)
     assert all(response.error or response.result.view_count == VIEWS for response in responses)
+
+
+@pytest.mark.parametrize('joint, angle_rad, words', [
+    ('left_w1', 1.2, 'the gripper leans 2[0-9][.][0-9] degrees .* more than the 15 allowed'),
+    ('head_pan_rad', 1.3, 'pixels beyond the (left|right) edge of the image'),
+    ('left_s1', -0.1, 'm too far'),
+], ids=['leaning', 'out of view', 'out of range'])
+def test_a_hand_that_cannot_be_scanned_is_not_turned(launch, checkout, tmp_path, joint, angle_rad, words):
+    from baxter_core_msgs.msg import JointCommand
+    shutil.copytree(checkout / 'config', tmp_path / 'config')
+    pose = tmp_path / 'config' / 'scan_pose.yaml'
+    text, changes = re.subn(f'({joint}: )[-0-9.]+', f'\\g<1>{angle_rad}', pose.read_text())
+    assert changes == 1
+    if joint == 'left_s1':  # the forearm makes up for the shoulder, so that the gripper stays upright
+        text = re.sub('(left_w1: )[-0-9.]+', '\\g<1>2.09', text)
+    pose.write_text(text)
+    sim = launch('sim.launch', config=tmp_path / 'config')
+    sim.wait_for_service('scan_object', timeout_s=60)
+    commands = Listener('/robot/limb/left/joint_command', JointCommand)
+    error = sim.scan().error
+    assert re.search(words, error), error
+    assert commands.all() == []
+
+
+def test_a_caller_that_is_killed_ends_its_scan_and_the_motion(sim):
+    import rospy
+    from deformable_cobot.msg import RegisteredCloud
+    from sensor_msgs.msg import JointState
+    angles, registered = [], Listener('registered', RegisteredCloud)
+
+    def note(message):
+        if 'left_w2' in message.name:
+            angles.append(message.position[message.name.index('left_w2')])
+
+    rospy.Subscriber('/robot/joint_states', JointState, note)
+    assert sim.scan().error == ''
+    begin = angles[-1]
+    registered.all()
+    caller = sim.core.run('rosservice', 'call', '/scan_object', 'views: 0')
+    wait_until(lambda: abs(angles[-1] - begin) > 0.1, 20, 'motion', period_s=0.005)
+    caller.process.kill()
+    time.sleep(0.5)
+    at = angles[-1]
+    time.sleep(0.5)
+    assert abs(angles[-1] - at) < 2e-3, 'it moves on'
+    assert 'caller' in registered.next(5, lambda message: message.error != '').error
+    assert sim.scan().error == '', 'the next scan'

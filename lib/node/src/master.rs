@@ -28,9 +28,9 @@ fn call(method: &str, arguments: &[&str]) -> io::Result<String> {
     xmlrpc::call(&environment::master_uri(), method, arguments, DEADLINE)
 }
 
-/// Host and port in an answer that has a service's URI.
+/// Host and port in an answer that ends with a service's URI; the words before it repeat it in brackets.
 fn rosrpc_address(answer: &str) -> Option<&str> {
-    let (_, rest) = answer.split_once("rosrpc://")?;
+    let (_, rest) = answer.rsplit_once("rosrpc://")?;
     let address = rest.split(['<', '/']).next()?;
     let (_, port) = address.rsplit_once(':')?;
     port.parse::<u16>().is_ok().then_some(address)
@@ -42,8 +42,11 @@ mod tests {
 
     #[test]
     fn addresses_are_found_in_answers() {
-        let answer =
-            |uri: &str| format!("<value><int>1</int></value><value><string>{uri}</string></value>");
+        let answer = |uri: &str| {
+            format!(
+                "<string>rosrpc URI: [{uri}]</string></value><value><string>{uri}</string></value>"
+            )
+        };
         let found = answer("rosrpc://arm:4711/");
         assert_eq!(rosrpc_address(&found), Some("arm:4711"));
         assert_eq!(
