@@ -97,20 +97,17 @@ def test_scans_while_one_runs_are_refused_or_answered(sim):
     assert all(response.error or response.result.view_count == VIEWS for response in responses)
 
 
-@pytest.mark.parametrize('joint, angle_rad, words', [
-    ('left_w1', 1.2, 'the gripper leans 2[0-9][.][0-9] degrees .* more than the 15 allowed'),
-    ('head_pan_rad', 1.3, 'pixels beyond the (left|right) edge of the image'),
-    ('left_s1', -0.1, 'm too far'),
+@pytest.mark.parametrize('file, setting, value, words', [
+    ('scan_pose.yaml', 'left_w1', 1.2, 'the gripper leans 2[0-9][.][0-9] degrees .* more than the 15 allowed'),
+    ('scan_pose.yaml', 'head_pan_rad', 0.65, 'pixels beyond the (left|right) edge of the image'),
+    ('view_capture.yaml', 'depth_max_m', 0.3, '0[.]1[0-9] m too far'),
 ], ids=['leaning', 'out of view', 'out of range'])
-def test_a_hand_that_cannot_be_scanned_is_not_turned(launch, checkout, tmp_path, joint, angle_rad, words):
+def test_a_hand_that_cannot_be_scanned_is_not_turned(launch, checkout, tmp_path, file, setting, value, words):
     from baxter_core_msgs.msg import JointCommand
     shutil.copytree(checkout / 'config', tmp_path / 'config')
-    pose = tmp_path / 'config' / 'scan_pose.yaml'
-    text, changes = re.subn(f'({joint}: )[-0-9.]+', f'\\g<1>{angle_rad}', pose.read_text())
-    assert changes == 1
-    if joint == 'left_s1':  # the forearm makes up for the shoulder, so that the gripper stays upright
-        text = re.sub('(left_w1: )[-0-9.]+', '\\g<1>2.09', text)
-    pose.write_text(text)
+    settings = tmp_path / 'config' / file
+    text, changes = re.subn(f'({setting}: )[-0-9.]+', f'\\g<1>{value}', settings.read_text())
+    settings.write_text(text if changes else f'{text}{setting}: {value}\n')
     sim = launch('sim.launch', config=tmp_path / 'config')
     sim.wait_for_service('scan_object', timeout_s=60)
     commands = Listener('/robot/limb/left/joint_command', JointCommand)
