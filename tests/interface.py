@@ -136,6 +136,8 @@ def rows(structs, struct, values, prefix):
     for name, text, kind in fields(structs[struct]):
         if kind in structs and isinstance(values[name], dict):
             yield from rows(structs, kind, values[name], f'{prefix}{name}/')
+        elif isinstance(values[name], dict):  # a type of another crate
+            yield from ((f'{prefix}{name}/{key}', value, text) for key, value in sorted(values[name].items()))
         else:
             yield prefix + name, values[name], text
 

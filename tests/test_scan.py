@@ -1,8 +1,13 @@
 """The whole graph on the simulated robot."""
 
+import re
+import shutil
+import time
+
 import pytest
 
 from graph import Listener
+from processes import wait_until
 from timing import milliseconds
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
@@ -90,3 +95,47 @@ def test_scans_while_one_runs_are_refused_or_answered(sim):
     assert len(responses) == 2
     assert any(response.error == '' for response in responses)
     assert all(response.error or response.result.view_count == VIEWS for response in responses)
+
+
+@pytest.mark.parametrize('file, setting, value, words', [
+    ('scan_pose.yaml', 'left_w1', 1.2, 'the gripper leans 2[0-9][.][0-9] degrees .* more than the 15 allowed'),
+    ('scan_pose.yaml', 'head_pan_rad', 0.65, 'pixels beyond the (left|right) edge of the image'),
+    ('view_capture.yaml', 'depth_max_m', 0.3, '0[.]1[0-9] m too far'),
+], ids=['leaning', 'out of view', 'out of range'])
+def test_a_hand_that_cannot_be_scanned_is_not_turned(launch, checkout, tmp_path, file, setting, value, words):
+    from baxter_core_msgs.msg import JointCommand
+    shutil.copytree(checkout / 'config', tmp_path / 'config')
+    settings = tmp_path / 'config' / file
+    text, changes = re.subn(f'({setting}: )[-0-9.]+', f'\\g<1>{value}', settings.read_text())
+    settings.write_text(text if changes else f'{text}{setting}: {value}\n')
+    sim = launch('sim.launch', config=tmp_path / 'config')
+    sim.wait_for_service('scan_object', timeout_s=60)
+    commands = Listener('/robot/limb/left/joint_command', JointCommand)
+    error = sim.scan().error
+    assert re.search(words, error), error
+    assert commands.all() == []
+
+
+def test_a_caller_that_is_killed_ends_its_scan_and_the_motion(sim):
+    import rospy
+    from deformable_cobot.msg import RegisteredCloud
+    from sensor_msgs.msg import JointState
+    angles, registered = [], Listener('registered', RegisteredCloud)
+
+    def note(message):
+        if 'left_w2' in message.name:
+            angles.append(message.position[message.name.index('left_w2')])
+
+    rospy.Subscriber('/robot/joint_states', JointState, note)
+    assert sim.scan().error == ''
+    begin = angles[-1]
+    registered.all()
+    caller = sim.core.run('rosservice', 'call', '/scan_object', 'views: 0')
+    wait_until(lambda: abs(angles[-1] - begin) > 0.1, 20, 'motion', period_s=0.005)
+    caller.process.kill()
+    time.sleep(0.5)
+    at = angles[-1]
+    time.sleep(0.5)
+    assert abs(angles[-1] - at) < 2e-3, 'it moves on'
+    assert 'caller' in registered.next(5, lambda message: message.error != '').error
+    assert sim.scan().error == '', 'the next scan'

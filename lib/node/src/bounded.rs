@@ -9,9 +9,9 @@ use std::io;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-/// A message of type `T` that came from outside.
+/// A message of type `T` that came from outside, and the number in its header, if it has one.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bounded<T>(pub T);
+pub struct Bounded<T>(pub T, pub Option<u32>);
 
 impl<T: Message> RosMsg for Bounded<T> {
     fn encode<W: io::Write>(&self, writer: W) -> io::Result<()> {
@@ -19,7 +19,13 @@ impl<T: Message> RosMsg for Bounded<T> {
     }
 
     fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        decode_checked(reader, T::msg_definition).map(Bounded)
+        let (message, bytes) = decode_checked(reader, T::msg_definition)?;
+        let number = starts_with_header::<T>().then(|| {
+            bytes
+                .first_chunk()
+                .map(|number| u32::from_le_bytes(*number))
+        });
+        Ok(Self(message, number.flatten()))
     }
 }
 
@@ -49,7 +55,7 @@ impl<S: Service> RosMsg for Request<S> {
         self.0.encode(writer)
     }
     fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        decode_checked(reader, S::request_definition).map(Request)
+        decode_checked(reader, S::request_definition).map(|(request, _)| Request(request))
     }
 }
 
@@ -58,19 +64,34 @@ impl<S: Service> RosMsg for Response<S> {
         self.0.encode(writer)
     }
     fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        decode_checked(reader, S::response_definition).map(Response)
+        decode_checked(reader, S::response_definition).map(|(response, _)| Response(response))
     }
 }
 
-/// Decodes a `T` whose definition is `definition`, after its lengths were found to fit what arrived.
+/// Decodes a `T` whose definition is `definition`, after its lengths were found to fit what arrived; also returns its
+/// bytes.
 fn decode_checked<T: RosMsg + 'static, R: io::Read>(
     mut reader: R,
     definition: fn() -> String,
-) -> io::Result<T> {
+) -> io::Result<(T, Vec<u8>)> {
     let layout = cached_layout::<T>(definition)?;
     let mut bytes = Vec::new();
     layout.read(&mut reader, &mut bytes)?;
-    T::decode(&bytes[..])
+    let decoded = T::decode(&bytes[..])?;
+    Ok((decoded, bytes))
+}
+
+/// Whether messages of this type begin with a header, whose number is its first field.
+fn starts_with_header<T: Message>() -> bool {
+    static HEADERS: LazyLock<Mutex<HashMap<TypeId, bool>>> = LazyLock::new(Mutex::default);
+    let mut headers = HEADERS.lock().unwrap_or_else(PoisonError::into_inner);
+    *headers.entry(TypeId::of::<T>()).or_insert_with(|| {
+        let definition = T::msg_definition();
+        let code = |line: &str| line.split('#').next().unwrap_or_default().trim().to_owned();
+        let first = definition.lines().map(code).find(|line| !line.is_empty());
+        let kind = first.and_then(|line| line.split_whitespace().next().map(str::to_owned));
+        matches!(kind.as_deref(), Some("Header" | "std_msgs/Header"))
+    })
 }
 
 fn cached_layout<T: 'static>(definition: fn() -> String) -> io::Result<Arc<Layout>> {
@@ -104,6 +125,15 @@ mod tests {
             Bounded::<JointState>::decode_slice(&bytes).unwrap().0,
             message
         );
+
+        let mut numbered = message.clone();
+        numbered.header.seq = 7;
+        let bytes = numbered.encode_vec().unwrap();
+        let decoded = Bounded::<JointState>::decode_slice(&bytes).unwrap();
+        assert_eq!(decoded, Bounded(numbered, Some(7)));
+        let bytes = msg::std_msgs::Float64 { data: 1.0 }.encode_vec().unwrap();
+        let decoded = Bounded::<msg::std_msgs::Float64>::decode_slice(&bytes).unwrap();
+        assert_eq!(decoded.1, None);
 
         let mut forged = vec![28, 0, 0, 0];
         forged.extend_from_slice(&[0; 16]);

@@ -1,13 +1,20 @@
 //! How the node fares, published on /diagnostics each second (REP 107).
 
+mod links;
+
 use crate::link::Report;
 use crate::publisher::{Latch, Publisher};
+use links::Links;
 use msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// What diagnostics say of nodes that stand for no hardware.
+const NO_HARDWARE: &str = "none";
 
 /// How serious a state is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// As it should be.
     Ok,
@@ -21,15 +28,26 @@ pub enum Level {
 #[derive(Clone)]
 pub struct Health {
     node: String,
-    parts: Arc<Mutex<BTreeMap<String, (Level, String)>>>,
+    state: Arc<Mutex<State>>,
     publisher: Publisher<DiagnosticArray>,
+}
+
+struct State {
+    hardware_id: String,
+    parts: BTreeMap<String, (Level, String)>,
+    links: Links,
 }
 
 impl Health {
     pub(crate) fn new(node: &str, publisher: Publisher<DiagnosticArray>) -> Self {
+        let state = State {
+            hardware_id: NO_HARDWARE.into(),
+            parts: BTreeMap::new(),
+            links: Links::default(),
+        };
         Self {
             node: node.trim_start_matches('/').into(),
-            parts: Arc::default(),
+            state: Arc::new(Mutex::new(state)),
             publisher,
         }
     }
@@ -38,20 +56,26 @@ impl Health {
         Publisher::new("/diagnostics", 10, Latch::No)
     }
 
+    /// Says which hardware this node stands for.
+    pub fn set_hardware(&self, hardware_id: impl Into<String>) {
+        self.state().hardware_id = hardware_id.into();
+    }
+
     /// Sets the state of `part`, in words, until it is set again.
     pub fn set(&self, part: &str, level: Level, message: impl Into<String>) {
-        let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
-        parts.insert(part.into(), (level, message.into()));
+        let state = (level, message.into());
+        self.state().parts.insert(part.into(), state);
     }
 
     pub(crate) fn publish(&self, reports: Vec<Report>) {
-        let values = reports.iter().map(report_value).collect();
-        let mut status = vec![self.status("links", Level::Ok, "", values)];
-        let parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
-        for (part, (level, message)) in parts.iter() {
-            status.push(self.status(part, *level, message, Vec::new()));
+        let mut state = self.state();
+        let (level, message, values) = state.links.judge(&reports, Instant::now());
+        let hardware_id = &state.hardware_id;
+        let mut status = vec![self.status("links", level, &message, values, hardware_id)];
+        for (part, (level, message)) in &state.parts {
+            status.push(self.status(part, *level, message, Vec::new(), hardware_id));
         }
-        drop(parts);
+        drop(state);
         let mut message = DiagnosticArray {
             status,
             ..Default::default()
@@ -60,12 +84,17 @@ impl Health {
         self.publisher.send(message);
     }
 
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn status(
         &self,
         part: &str,
         level: Level,
         message: &str,
         values: Vec<KeyValue>,
+        hardware_id: &str,
     ) -> DiagnosticStatus {
         DiagnosticStatus {
             level: match level {
@@ -75,18 +104,8 @@ impl Health {
             },
             name: format!("{}: {part}", self.node),
             message: message.into(),
-            hardware_id: String::new(),
+            hardware_id: hardware_id.into(),
             values,
         }
-    }
-}
-
-fn report_value(report: &Report) -> KeyValue {
-    let age = report.age.map_or("never".into(), |age| {
-        format!("{:.1} s ago", age.as_secs_f64())
-    });
-    KeyValue {
-        key: report.topic.clone(),
-        value: format!("{} messages, last {age}", report.count),
     }
 }

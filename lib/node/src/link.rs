@@ -24,5 +24,12 @@ pub(crate) trait Tended: Send + Sync {
 pub(crate) struct Report {
     pub topic: String,
     pub count: u64,
-    pub age: Option<Duration>,
+    /// Messages that did not come, by the numbers in the headers of those that did.
+    pub lost: u64,
+    /// Since the last message, or since the node has listened.
+    pub silent: Duration,
+    /// Silence from which on something is wrong; `None` where silence says nothing.
+    pub silence_max: Option<Duration>,
+    /// Nodes that publish the topic.
+    pub publishers: usize,
 }

@@ -42,8 +42,11 @@ mod tests {
 
     #[test]
     fn addresses_are_found_in_answers() {
-        let answer =
-            |uri: &str| format!("<value><int>1</int></value><value><string>{uri}</string></value>");
+        let answer = |uri: &str| {
+            format!(
+                "<string>rosrpc URI: [{uri}]</string></value><value><string>{uri}</string></value>"
+            )
+        };
         let found = answer("rosrpc://arm:4711/");
         assert_eq!(rosrpc_address(&found), Some("arm:4711"));
         assert_eq!(

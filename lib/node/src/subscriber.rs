@@ -6,8 +6,9 @@ use crate::link::{Report, Tended};
 use crate::service::resolved;
 
 use rosrust::Message;
+use std::collections::HashMap;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -26,6 +27,8 @@ const OWN_END: Duration = Duration::from_millis(2500);
 pub struct Expect {
     /// Messages kept while the callback is busy; the oldest go first.
     pub queue: usize,
+    /// Whether silence is a trouble that diagnostics tell; otherwise nobody need publish the topic.
+    pub required: bool,
     /// A silence after which the link is taken for dead. Latched topics of this package are repeated each second, regular
     /// ones come at their rate.
     pub silence_max: Duration,
@@ -35,22 +38,31 @@ impl Expect {
     /// State at a high rate, of which only the newest matters.
     pub const STATE: Self = Self {
         queue: 1,
+        required: true,
         silence_max: Duration::from_millis(1000),
+    };
+    /// The same of something that need not be there.
+    pub const OPTIONAL_STATE: Self = Self {
+        required: false,
+        ..Self::STATE
     };
     /// Events of which each matters; latched by their publisher.
     pub const EVENTS: Self = Self {
         queue: 16,
+        required: false,
         silence_max: Duration::from_millis(3500),
     };
     /// Commands, which are silent while nothing is to be done. Dialled again only when a link has ended: a command that
     /// comes meanwhile would be lost, and nobody repeats it.
     pub const COMMANDS: Self = Self {
         queue: 64,
+        required: false,
         silence_max: Duration::MAX,
     };
     /// Latched topics of others, which need not repeat them; dialled again now and then.
     pub const SPORADIC: Self = Self {
         queue: 64,
+        required: false,
         silence_max: Duration::from_secs(10),
     };
 }
@@ -69,6 +81,7 @@ struct Core {
     connect: Connect,
     link: Mutex<Link>,
     heard: Arc<Heard>,
+    begun: Instant,
 }
 
 struct Link {
@@ -79,8 +92,14 @@ struct Link {
     lost: bool,
 }
 
+#[derive(Default)]
 struct Heard {
     count: AtomicU64,
+    lost: AtomicU64,
+    /// Numbers of the last messages by publisher.
+    numbers: Mutex<HashMap<String, u32>>,
+    /// Nodes that publish the topic, as of late.
+    publishers: AtomicUsize,
     latest: Mutex<Option<Instant>>,
 }
 
@@ -90,19 +109,17 @@ impl Subscriber {
         expect: Expect,
         callback: impl Fn(T) + Send + Sync + 'static,
     ) -> rosrust::error::Result<Self> {
-        let heard = Arc::new(Heard {
-            count: AtomicU64::new(0),
-            latest: Mutex::new(None),
-        });
+        let heard = Arc::new(Heard::default());
         let callback = Arc::new(callback);
         let connect: Connect = Box::new({
             let (topic, heard) = (topic.to_owned(), Arc::clone(&heard));
             move || {
                 let (heard, callback) = (Arc::clone(&heard), Arc::clone(&callback));
-                rosrust::subscribe(&topic, expect.queue, move |message: Bounded<T>| {
-                    heard.note();
-                    callback(message.0);
-                })
+                let note = move |Bounded(message, number): Bounded<T>, publisher: &str| {
+                    heard.note(number, publisher);
+                    callback(message);
+                };
+                rosrust::subscribe_with_ids(&topic, expect.queue, note)
             }
         });
         let link = Link {
@@ -117,6 +134,7 @@ impl Subscriber {
             connect,
             link: Mutex::new(link),
             heard,
+            begun: Instant::now(),
         };
         Ok(Self {
             core: Arc::new(core),
@@ -146,7 +164,15 @@ impl Subscriber {
 }
 
 impl Heard {
-    fn note(&self) {
+    fn note(&self, number: Option<u32>, publisher: &str) {
+        if let Some(number) = number {
+            let mut numbers = self.numbers.lock().unwrap_or_else(PoisonError::into_inner);
+            let last = numbers.insert(publisher.to_owned(), number);
+            // A number that went back is that of a publisher that began again.
+            let gap = last.and_then(|last| number.checked_sub(last)?.checked_sub(1));
+            self.lost
+                .fetch_add(gap.unwrap_or(0).into(), Ordering::Relaxed);
+        }
         self.count.fetch_add(1, Ordering::Relaxed);
         *self.latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
     }
@@ -199,6 +225,12 @@ impl Core {
 impl Tended for Core {
     fn tend(&self) {
         let mut link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        // Noted here, since whoever reports must not wait for a link that is being dialled.
+        let publishers = link
+            .handle
+            .as_ref()
+            .map_or(0, |handle| handle.publisher_count());
+        self.heard.publishers.store(publishers, Ordering::Relaxed);
         if link.lost && link.dialled.elapsed() >= RETRY {
             return self.retry(&mut link);
         }
@@ -252,7 +284,10 @@ impl Tended for Core {
         Some(Report {
             topic: self.topic.clone(),
             count: self.heard.count.load(Ordering::Relaxed),
-            age: self.heard.latest().map(|latest| latest.elapsed()),
+            lost: self.heard.lost.load(Ordering::Relaxed),
+            silent: self.heard.latest().unwrap_or(self.begun).elapsed(),
+            silence_max: self.expect.required.then_some(self.expect.silence_max),
+            publishers: self.heard.publishers.load(Ordering::Relaxed),
         })
     }
 }

@@ -36,7 +36,7 @@ async fn run_electric(node: Node, parameters: &Parameters) -> anyhow::Result<()>
         let shell = Arc::clone(&shell);
         move |state: EndEffectorState| shell.hand().hear(electric_state(state), Instant::now())
     })?;
-    serve(&node, shell).await
+    serve(&node, shell, &base).await
 }
 
 async fn run_reflex(node: Node, parameters: &Parameters) -> anyhow::Result<()> {
@@ -47,11 +47,11 @@ async fn run_reflex(node: Node, parameters: &Parameters) -> anyhow::Result<()> {
         let shell = Arc::clone(&shell);
         move |hand: reflex_msgs::Hand| shell.hand().hear(finger_states(&hand), Instant::now())
     })?;
-    serve(&node, shell).await
+    serve(&node, shell, &base).await
 }
 
 /// Offers the service until shutdown.
-async fn serve<H, M>(node: &Node, shell: Arc<Shell<H, M>>) -> anyhow::Result<()>
+async fn serve<H, M>(node: &Node, shell: Arc<Shell<H, M>>, hardware_id: &str) -> anyhow::Result<()>
 where
     H: Hand + Send + 'static,
     M: msg::Message,
@@ -71,6 +71,7 @@ where
         move |request, caller| Ok(runtime.block_on(grasp(&shell, request, &caller)))
     })?;
     let health = node.health();
+    health.set_hardware(hardware_id);
     tokio::select! {
         () = shell.report_health(&health) => {}
         () = node.until_shutdown() => {}

@@ -85,7 +85,7 @@ impl Opening {
             "/robot/end_effector/{}_gripper/state",
             parameters.side.name()
         );
-        let link = node.subscribe(&topic, Expect::STATE, {
+        let link = node.subscribe(&topic, Expect::OPTIONAL_STATE, {
             let opening = opening.clone();
             move |state: EndEffectorState| opening.hear(f64::from(state.position))
         })?;

@@ -7,9 +7,11 @@
 mod goals;
 mod parameters;
 mod plan;
+mod pose_check;
 mod sweep;
 
 pub use goals::{GoalId, GoalState, Goals, Outcome, Status};
 pub use parameters::{Mode, Parameters};
 pub use plan::{PlanError, plan};
+pub use pose_check::{ImagePlane, PoseError, PoseRules};
 pub use sweep::{Sweep, SweepRules, Taken};

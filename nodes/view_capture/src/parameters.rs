@@ -1,5 +1,6 @@
 //! Parameters of the node.
 
+use crate::pose_check::PoseRules;
 use crate::sweep::SweepRules;
 use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,18 @@ pub struct Parameters {
     pub joint: String,
     /// TF frame of the hand.
     pub hand_frame: String,
+    /// TF frame whose +z is up.
+    pub base_frame: String,
+    /// How far the gripper may lean from straight up before a scan, rad (active mode, with TF).
+    pub tilt_max_rad: f64,
+    /// Nearest depth at which the object may be from the camera, m (active mode, with TF).
+    pub depth_min_m: f64,
+    /// Farthest depth at which it may be, m (active mode, with TF).
+    pub depth_max_m: f64,
+    /// Where the object is on the hand's axis: from, m.
+    pub object_z_min_m: f64,
+    /// Where the object is on the hand's axis: to, m.
+    pub object_z_max_m: f64,
     /// Whether TF knows where the camera is from the hand; without it views carry no pose.
     pub use_tf: bool,
     /// Views of a scan unless the caller says otherwise.
@@ -62,10 +75,17 @@ pub struct Parameters {
 
 impl Default for Parameters {
     fn default() -> Self {
+        let depth = depth_threshold::Parameters::default();
         Self {
             mode: Mode::Active,
             joint: "left_w2".into(),
             hand_frame: "left_hand".into(),
+            base_frame: "base".into(),
+            tilt_max_rad: 15.0_f64.to_radians(),
+            depth_min_m: depth.depth_min_m,
+            depth_max_m: depth.depth_max_m,
+            object_z_min_m: 0.1277,
+            object_z_max_m: 0.22,
             use_tf: true,
             view_count: 3,
             centre_angle_rad: 0.0,
@@ -102,6 +122,13 @@ impl Parameters {
         let (min, max) = (self.angle_min_rad, self.angle_max_rad);
         in_range("angle_max_rad", max, min..=7.0, "rad")?;
         in_range("centre_angle_rad", self.centre_angle_rad, min..=max, "rad")?;
+        in_range("tilt_max_rad", self.tilt_max_rad, 0.0..=3.2, "rad")?;
+        let (near_m, far_m) = (self.depth_min_m, self.depth_max_m);
+        in_range("depth_max_m", far_m, 0.0..=65.0, "m")?;
+        in_range("depth_min_m", near_m, 0.0..=far_m, "m (depth_max_m)")?;
+        let (low_m, high_m) = (self.object_z_min_m, self.object_z_max_m);
+        in_range("object_z_max_m", high_m, 0.0..=2.0, "m")?;
+        in_range("object_z_min_m", low_m, 0.0..=high_m, "m (object_z_max_m)")?;
         for (name, value) in [
             ("motion_deadline_s", self.motion_deadline_s),
             ("frame_deadline_s", self.frame_deadline_s),
@@ -140,6 +167,16 @@ impl Parameters {
     /// Whether an answer of this probability ends a scan.
     pub fn is_sure(&self, probability: f64) -> bool {
         self.may_end_early() && probability >= self.stop_when_confident
+    }
+
+    /// Where the hand must be before a scan.
+    pub fn pose_rules(&self) -> PoseRules {
+        PoseRules {
+            tilt_max_rad: self.tilt_max_rad,
+            depth_min_m: self.depth_min_m,
+            depth_max_m: self.depth_max_m,
+            object_z_m: [self.object_z_min_m, self.object_z_max_m],
+        }
     }
 
     /// The rules for passive mode.

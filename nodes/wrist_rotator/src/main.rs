@@ -147,6 +147,8 @@ fn robot_state(state: &AssemblyState) -> RobotState {
 async fn report_health(node: &Node, rotator: &Rotator, parameters: &Parameters) {
     let guard = Guard::new(parameters);
     let mut ticker = tokio::time::interval(HEALTH_PERIOD);
+    node.health()
+        .set_hardware(format!("/robot/limb/{}", parameters.side.name()));
     loop {
         ticker.tick().await;
         let checked = guard.check(rotator.monitor().snapshot(), Instant::now());

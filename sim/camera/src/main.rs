@@ -100,13 +100,17 @@ fn follow_fingers(
 ) -> anyhow::Result<Subscriber> {
     let world = Arc::clone(world);
     let topic = format!("/robot/end_effector/{side}_gripper/state");
-    node.subscribe(&topic, Expect::STATE, move |state: EndEffectorState| {
-        let width_m = gap.width_m(f64::from(state.position) / 100.0);
-        world
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .set_width(width_m);
-    })
+    node.subscribe(
+        &topic,
+        Expect::OPTIONAL_STATE,
+        move |state: EndEffectorState| {
+            let width_m = gap.width_m(f64::from(state.position) / 100.0);
+            world
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .set_width(width_m);
+        },
+    )
 }
 
 fn offer_hold_object(node: &Node, world: &Arc<Mutex<World>>, side: &str) -> anyhow::Result<Server> {

@@ -3,6 +3,7 @@
 use super::answers::Answers;
 use super::output::{Output, Place, Pose, new_scan_id};
 use super::progress::{Progress, State};
+use super::stance::Stance;
 use super::surroundings::Surroundings;
 use super::troubles::Troubles;
 use super::wrist::Wrist;
@@ -28,6 +29,7 @@ const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 #[derive(Clone)]
 pub struct Sources {
     pub transforms: Option<Transforms>,
+    pub stance: Option<Stance>,
     pub clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
     pub answers: broadcast::Sender<Classification>,
     pub troubles: Troubles,
@@ -137,6 +139,7 @@ impl Scanner {
         let mut answers = Answers::new(&self.sources.answers, scan_id);
         let count = angles_rad.len() as u32;
         self.output.wait_for_listener(LISTENER_PATIENCE).await?;
+        self.check_stance().await?;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
             let place = Place {
                 scan_id: scan_id.into(),
@@ -162,6 +165,18 @@ impl Scanner {
         let answer = answer.ok_or_else(|| self.no_answer(patience))?;
         ensure!(answer.error.is_empty(), "{}", answer.error);
         Ok(answer.clone())
+    }
+
+    /// Nothing is turned where nothing would be seen.
+    async fn check_stance(&self) -> anyhow::Result<()> {
+        let Some(stance) = &self.sources.stance else {
+            return Ok(());
+        };
+        let checked = stance.check(&self.parameters.now()).await;
+        checked.map_err(|error| {
+            let troubles = self.sources.troubles.clause();
+            anyhow::anyhow!("not begun: {error:#}{troubles}")
+        })
     }
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.

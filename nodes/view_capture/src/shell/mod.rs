@@ -6,6 +6,7 @@ mod answers;
 mod output;
 mod passive;
 mod progress;
+mod stance;
 mod surroundings;
 mod troubles;
 mod wrist;
@@ -17,6 +18,7 @@ use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms, Tuned};
 use output::Output;
 use progress::Progress;
+use stance::Stance;
 use std::sync::Arc;
 use surroundings::Surroundings;
 use tokio::sync::{broadcast, watch};
@@ -59,8 +61,13 @@ async fn serve_active(
             }
         }
     })?;
+    let stance = transforms
+        .clone()
+        .map(|transforms| Stance::listen(&node, transforms))
+        .transpose()?;
     let sources = Sources {
         transforms,
+        stance,
         clouds: clouds.subscribe(),
         answers: answers.clone(),
         troubles: surroundings.listen()?,
