@@ -4,15 +4,17 @@
 # make test-hosts              a robot and three computers on this one: started by ssh, and everything that goes wrong
 # make build                   programs in target/release, ROS package in target/catkin/devel
 # make screenshot              README's picture of a scan in RViz, drawn without a screen
+# make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
 # make lint                    formatting, warnings, spelling
+# make audit                   licences, sources and known advisories of all dependencies; needs the network
 # make setup                   installs what is missing; the others call it
 
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-cluster test-hosts build screenshot bench soak lint setup
+.PHONY: demo test test-cluster test-hosts build screenshot interface bench soak lint audit setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -52,6 +54,11 @@ screenshot: build
 	source setup/environment
 	$(PYTHON) tests/screenshot config/scan.png
 
+interface: build
+	setup/install graphviz
+	source setup/environment
+	$(PYTHON) tests/interface.py
+
 bench: build
 	source setup/environment
 	$(PYTHON) tests/bench
@@ -78,3 +85,7 @@ lint:
 	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot tests/soak \
 		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate
+
+audit:
+	cargo install --locked --root target/audit cargo-deny
+	target/audit/bin/cargo-deny check

@@ -41,22 +41,26 @@ class RunningGraph:
 
     def __init__(self, core):
         import rosgraph
-        import rosservice
+        self.core = core
+        self.master = rosgraph.Master('/interface')
+        self.nodes, self.links, self.types = [], [], {}
         graph = Graph(core, 'sim.launch')
         for service in ('scan_object', 'classify_cloud', 'rotate_wrist'):
             graph.wait_for_service(service, timeout_s=60)
-        self.nodes = sorted(name for name in core.nodes() if name.strip('/') in nodes_with_parameters())
-        master = rosgraph.Master('/interface')
-        wait_until(lambda: self._links(master), 20, 'links')
-        self.types = {name: kind for name, kind in master.getTopicTypes()}
-        self.types.update({name: rosservice.get_service_type(name) for _, name, _ in self._links(master, 'serves')})
+        # Links appear one after the other while the nodes start.
+        wait_until(lambda: not self.look(), 60, 'a graph that no longer changes', period_s=2)
 
-    def _links(self, master, *wanted):
-        """Sorted (what, name, node) of all nodes of this package."""
-        state = dict(zip(('publishes', 'hears', 'serves'), master.getSystemState()))
+    def look(self):
+        """Asks the master; returns whether anything is new."""
+        import rosservice
+        before = self.links
+        self.nodes = sorted(name for name in self.core.nodes() if name.strip('/') in nodes_with_parameters())
+        state = dict(zip(('publishes', 'hears', 'serves'), self.master.getSystemState()))
         self.links = sorted((what, name, node) for what, entries in state.items() for name, nodes in entries
                             for node in nodes if node in self.nodes and not COMMON.match(name))
-        return [link for link in self.links if not wanted or link[0] in wanted]
+        self.types = dict(self.master.getTopicTypes())
+        self.types.update((name, rosservice.get_service_type(name)) for what, name, _ in self.links if what == 'serves')
+        return self.links != before
 
     def page(self):
         lines = ['# The running graph', '', f'{MADE} It is that of `sim.launch`.', '',
