@@ -8,14 +8,15 @@ FRAME = 'camera_depth_optical_frame'
 
 
 def depth_image(encoding='16UC1', depth_m=0.4, step=None):
-    """A patch as large as an object, at one depth, before nothing."""
+    """A patch as large as an object, bent like a can, before nothing."""
     from sensor_msgs.msg import Image
     type_code, of_metre = {'16UC1': ('H', 1000), '32FC1': ('f', 1.0), '8UC1': ('B', 255)}[encoding]
-    value = (int if type_code != 'f' else float)(depth_m * of_metre)
+    number = int if type_code != 'f' else float
     rows = array.array(type_code, bytes(WIDTH * HEIGHT * array.array(type_code).itemsize))
     for row in range(180, 300):
         for column in range(390, 460):
-            rows[row * WIDTH + column] = value
+            bend_m = 0.03 * ((column - 425) / 35) ** 2
+            rows[row * WIDTH + column] = number((depth_m + bend_m) * of_metre)
     image = Image(width=WIDTH, height=HEIGHT, encoding=encoding, data=rows.tobytes())
     image.step = WIDTH * rows.itemsize if step is None else step
     return image
