@@ -1,5 +1,6 @@
 """TF that is missing, stale or of another time: the scan ends with an error that says which, and the next one works."""
 
+import copy
 import re
 import threading
 
@@ -12,7 +13,7 @@ pytestmark = [pytest.mark.built, pytest.mark.timeout(180)]
 
 
 class Transforms:
-    """Publishes the hand in the camera's frame at 50 Hz, `age_s` late, until closed."""
+    """Publishes the hand and an upright base in the camera's frame at 50 Hz, `age_s` late, until closed."""
 
     def __init__(self, age_s=0.0):
         import rospy
@@ -34,7 +35,9 @@ class Transforms:
             hand.transform.translation.z = 0.4
             # Up in the image is -y of the camera; the hand's z points there.
             hand.transform.rotation.x, hand.transform.rotation.w = 0.7071, 0.7071
-            self.publisher.publish(TFMessage([hand]))
+            base = copy.deepcopy(hand)
+            base.child_frame_id = 'base'
+            self.publisher.publish(TFMessage([hand, base]))
 
     def close(self):
         self.closed.set()
@@ -52,7 +55,7 @@ def graph(launch):
 
 def test_missing_tf_is_named(graph):
     error = graph.scan().error
-    assert "TF has no frame 'left_hand'" in error and 'robot_state_publisher' in error
+    assert "TF has no frame 'base'" in error and 'robot_state_publisher' in error
     Transforms()
     # What comes after view_capture is another matter: a flat patch is no object.
     wait_until(lambda: 'TF' not in graph.scan().error, 20, 'a scan with TF')
@@ -62,7 +65,7 @@ def test_stale_tf_is_named_with_its_age(graph):
     stale = Transforms(age_s=30.0)
     error = graph.scan().error
     # It was waited for, for a second.
-    assert re.search(r"TF of 'left_hand' ends 2[89]\.", error) and 'is it still published?' in error, error
+    assert re.search(r"TF of 'base' ends 2[89]\.", error) and 'is it still published?' in error, error
     stale.close()
 
 
@@ -70,5 +73,5 @@ def test_tf_ahead_of_the_camera_is_named(graph):
     """A computer whose clock is ahead: TF begins after the image was taken."""
     ahead = Transforms(age_s=-30.0)
     error = graph.scan().error
-    assert "TF of 'left_hand' begins" in error and 'clocks' in error, error
+    assert "TF of 'base' begins" in error and 'clocks' in error, error
     ahead.close()

@@ -18,6 +18,8 @@ const GREETING_MAX: Duration = Duration::from_secs(2);
 const ANSWER_MAX: Duration = Duration::from_millis(2500);
 /// The same for the master, which everybody asks at once when all starts, and without whom nobody can start.
 const MASTER_ANSWER_MAX: Duration = Duration::from_secs(10);
+/// Shorter connections are questions to the master or a node, or calls of services; a topic's lasts longer.
+const LASTING: Duration = Duration::from_secs(5);
 /// How long a full receive buffer of a peer may hold us up.
 const WRITE_MAX: Duration = Duration::from_secs(2);
 /// Silence of the network after which a peer is asked for a sign of life, and the pause between the three questions.
@@ -26,9 +28,10 @@ const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(1);
 const KEEPALIVE_RETRIES: u32 = 3;
 
 /// The TCP sockets of this process.
-#[derive(Default)]
 pub(crate) struct Sockets {
     master_port: Option<u16>,
+    /// How old a connection must be for its end to be told.
+    lasting: Duration,
     /// Connections, and when each was first seen.
     seen: HashMap<Connection, Instant>,
 }
@@ -49,12 +52,13 @@ impl Sockets {
         let port = authority(master_uri).and_then(|host| host.rsplit_once(':'));
         Self {
             master_port: port.and_then(|(_, port)| port.parse().ok()),
-            ..Default::default()
+            lasting: LASTING,
+            seen: HashMap::new(),
         }
     }
 
-    /// Looks at all sockets there are: sets their limits, and ends what is over them. Returns the far ends of dialled
-    /// connections that are gone since last time.
+    /// Looks at all sockets there are: sets their limits, and ends what is over them. Returns the far ends of those
+    /// dialled connections that are gone since last time and may have carried a topic.
     pub fn tend(&mut self) -> Vec<SocketAddr> {
         let now = Instant::now();
         let mut seen = HashMap::new();
@@ -68,15 +72,15 @@ impl Sockets {
             }
             seen.insert(connection, since);
         }
-        let ends = |seen: &HashMap<Connection, Instant>| -> HashSet<SocketAddr> {
-            let dialled = seen.keys().filter(|connection| connection.dialled);
-            dialled.filter_map(|connection| connection.peer).collect()
-        };
         let before = std::mem::replace(&mut self.seen, seen);
-        ends(&before)
-            .difference(&ends(&self.seen))
-            .copied()
-            .collect()
+        let there: HashSet<SocketAddr> = self.seen.keys().filter_map(|other| other.peer).collect();
+        let carried = |(connection, since): (&Connection, &Instant)| {
+            let peer = connection.peer.filter(|_| connection.dialled)?;
+            let is_master = Some(peer.port()) == self.master_port;
+            let lasted = now - *since >= self.lasting;
+            (lasted && !is_master && !there.contains(&peer)).then_some(peer)
+        };
+        before.iter().filter_map(carried).collect()
     }
 }
 
@@ -167,6 +171,7 @@ mod tests {
     fn mute_peers_are_given_up_and_lost_connections_told() {
         let mut sockets = Sockets::new("http://localhost:11311");
         assert_eq!(sockets.master_port, Some(11311));
+        sockets.lasting = Duration::ZERO;
         let ours = TcpListener::bind("127.0.0.1:0").unwrap();
         let theirs = TcpListener::bind("127.0.0.1:0").unwrap();
         let (own_address, far_address) = (ours.local_addr().unwrap(), theirs.local_addr().unwrap());

@@ -2,13 +2,18 @@
 
 use anyhow::Context;
 use msg::sensor_msgs::CameraInfo;
+use nalgebra::Isometry3;
+use node::transforms::TransformError;
 use node::{Clock, Expect, Node, Subscriber, Transforms};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
+use tokio::time::{Instant, sleep};
 use view_capture::{ImagePlane, Parameters};
 
 const INFO_TOPIC: &str = "camera/depth/camera_info";
+/// Pause between two looks at TF.
+const TF_PERIOD: Duration = Duration::from_millis(50);
 
 /// Looks whether a scan makes sense where the hand is. Clones share it.
 #[derive(Clone)]
@@ -36,11 +41,7 @@ impl Stance {
     /// Is the gripper upright, and the place of the object in the camera's range and image?
     pub async fn check(&self, parameters: &Parameters) -> anyhow::Result<()> {
         let rules = parameters.pose_rules();
-        let hand = &parameters.hand_frame;
-        let now = self.clock.now();
-        let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
-        let pose_in = async |frame: &str| self.transforms.wait(frame, hand, now, patience).await;
-        rules.check_upright(&pose_in(&parameters.base_frame).await?)?;
+        rules.check_upright(&self.hand_in(&parameters.base_frame, parameters).await?)?;
         let info = self
             .info(Duration::from_secs_f64(parameters.frame_deadline_s))
             .await?;
@@ -52,8 +53,26 @@ impl Stance {
             width: f64::from(info.width),
             height: f64::from(info.height),
         };
-        rules.check_in_view(&pose_in(&info.header.frame_id).await?, &image)?;
+        let camera_from_hand = self.hand_in(&info.header.frame_id, parameters).await?;
+        rules.check_in_view(&camera_from_hand, &image)?;
         Ok(())
+    }
+
+    /// frame_from_hand as it is now. TF that has only just begun is waited for, too.
+    async fn hand_in(
+        &self,
+        frame: &str,
+        parameters: &Parameters,
+    ) -> Result<Isometry3<f64>, TransformError> {
+        let deadline = Instant::now() + Duration::from_secs_f64(parameters.transform_deadline_s);
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let (hand, now) = (&parameters.hand_frame, self.clock.now());
+            match self.transforms.wait(frame, hand, now, left).await {
+                Err(TransformError::TooOld { .. }) if !left.is_zero() => sleep(TF_PERIOD).await,
+                found => return found,
+            }
+        }
     }
 
     async fn info(&self, patience: Duration) -> anyhow::Result<Arc<CameraInfo>> {
