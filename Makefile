@@ -45,7 +45,7 @@ test-cluster: build
 	$(PYTHON) -m pytest tests/cluster
 
 test-hosts: build
-	setup/install iproute2 openssh-server
+	setup/install iproute2 openssh-server python3-paramiko
 	source setup/environment
 	$(PYTHON) -m pytest tests/hosts
 
