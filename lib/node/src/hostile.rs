@@ -94,6 +94,14 @@ fn kinds() -> Vec<Kind> {
         message::<RegisteredCloud>(),
         message::<ObjectCloud>(),
         message::<Classification>(),
+        message::<ScanObjectFeedback>(),
+        message::<ScanObjectActionGoal>(),
+        message::<ScanObjectActionFeedback>(),
+        message::<ScanObjectActionResult>(),
+        message::<msg::actionlib_msgs::GoalID>(),
+        message::<msg::actionlib_msgs::GoalStatusArray>(),
+        message::<msg::reflex_msgs::Hand>(),
+        message::<msg::reflex_msgs::PoseCommand>(),
     ];
     kinds.extend(service::<RotateWrist>());
     kinds.extend(service::<ScanObject>());
@@ -102,6 +110,9 @@ fn kinds() -> Vec<Kind> {
     kinds.extend(service::<ClassifyCloud>());
     kinds.extend(service::<HoldObject>());
     kinds.extend(service::<CalibrateCameraMount>());
+    kinds.extend(service::<Grasp>());
+    kinds.extend(service::<msg::dynamic_reconfigure::Reconfigure>());
+    kinds.extend(service::<msg::std_srvs::Trigger>());
     kinds
 }
 

@@ -1,7 +1,9 @@
-//! Checks of parameters, worded alike in every program.
+//! Checks of parameters, worded alike in every program, and the parameters that several nodes have.
 
+mod side;
 mod tunable;
 
+pub use side::{JOINTS_PER_ARM, Side};
 pub use tunable::Tunable;
 
 use std::fmt::Display;

@@ -16,6 +16,7 @@ pub use electric::{Electric, ElectricCommand, ElectricState, Flag};
 pub use error::GraspError;
 pub use gap::Gap;
 pub use hand::{Goal, Grasped, Hand, Outcome, Step, Task};
-pub use parameters::{ElectricParameters, HandKind, Parameters, ReflexParameters, Side};
+pub use parameter::Side;
+pub use parameters::{ElectricParameters, HandKind, Parameters, ReflexParameters};
 pub use reflex::{FINGERS, FingerState, PoseCommand, Reflex};
 pub use robot::{RobotState, RobotWatch};

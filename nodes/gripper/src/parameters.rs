@@ -1,6 +1,6 @@
 //! Settings of the gripper node.
 
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Side, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::gap::Gap;
@@ -13,26 +13,6 @@ pub enum HandKind {
     Electric,
     /// A ReFlex hand.
     Reflex,
-}
-
-/// Which arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// The robot's own left.
-    Left,
-    /// The robot's own right.
-    Right,
-}
-
-impl Side {
-    /// As in topic names.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-        }
-    }
 }
 
 /// Settings of the node.

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use crate::monitor::{RobotState, Snapshot};
-use crate::parameters::{JOINTS_PER_ARM, Parameters};
+use crate::parameters::Parameters;
+use parameter::JOINTS_PER_ARM;
 
 const ESTOP_BUTTONS: [&str; 4] = ["unpressed", "pressed", "unknown", "released"];
 const ESTOP_SOURCES: [&str; 5] = ["none", "user", "unknown", "fault", "brain"];

@@ -14,5 +14,6 @@ pub use arrival::{Arrival, Arrived};
 pub use guard::{Guard, Refusal};
 pub use monitor::{Aged, JointSample, Monitor, RobotState, Snapshot};
 pub use motion::{Motion, MotionError, Step};
-pub use parameters::{JOINTS_PER_ARM, Parameters, Side, W2};
+pub use parameter::{JOINTS_PER_ARM, Side};
+pub use parameters::{Parameters, W2};
 pub use trajectory::Trajectory;

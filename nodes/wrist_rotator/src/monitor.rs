@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::parameters::{JOINTS_PER_ARM, Side};
+use parameter::{JOINTS_PER_ARM, Side};
 
 /// A value and the moment of its arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 use crate::arrival::{Arrival, Arrived};
 use crate::guard::{Guard, Refusal};
 use crate::monitor::Snapshot;
-use crate::parameters::{JOINTS_PER_ARM, Parameters, W2};
+use crate::parameters::{Parameters, W2};
 use crate::trajectory::Trajectory;
+use parameter::JOINTS_PER_ARM;
 
 /// Ticks by which the trajectory moves on after a stall of this process. More would be a jump of the commanded angle.
 const CATCH_UP_TICKS: f64 = 2.0;
