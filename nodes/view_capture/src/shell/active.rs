@@ -162,7 +162,9 @@ impl Scanner {
         self.progress.is(State::Thinking);
         let patience = Duration::from_secs_f64(self.parameters.now().answer_deadline_s);
         let answer = answers.last(patience).await;
-        let answer = answer.ok_or_else(|| self.no_answer(patience))?;
+        let Some(answer) = answer else {
+            return Err(self.no_answer(patience).await);
+        };
         ensure!(answer.error.is_empty(), "{}", answer.error);
         Ok(answer.clone())
     }
@@ -172,11 +174,11 @@ impl Scanner {
         let Some(stance) = &self.sources.stance else {
             return Ok(());
         };
-        let checked = stance.check(&self.parameters.now()).await;
-        checked.map_err(|error| {
-            let troubles = self.sources.troubles.clause();
-            anyhow::anyhow!("not begun: {error:#}{troubles}")
-        })
+        if let Err(error) = stance.check(&self.parameters.now()).await {
+            let troubles = self.sources.troubles.clause().await;
+            bail!("not begun: {error:#}{troubles}");
+        }
+        Ok(())
     }
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
@@ -259,7 +261,7 @@ impl Scanner {
             .borrow()
             .as_ref()
             .map(|cloud| cloud.header.stamp);
-        let troubles = self.sources.troubles.clause();
+        let troubles = self.sources.troubles.clause().await;
         match last {
             Some(stamp) => bail!(
                 "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
@@ -274,12 +276,12 @@ impl Scanner {
         }
     }
 
-    fn no_answer(&self, patience: Duration) -> anyhow::Error {
+    async fn no_answer(&self, patience: Duration) -> anyhow::Error {
+        let troubles = self.sources.troubles.clause().await;
         let silent = match &self.sources.troubles.silent_stages()[..] {
             [] => "all stages are running".into(),
             stages => format!("not running: {}", stages.join(", ")),
         };
-        let troubles = self.sources.troubles.clause();
         anyhow::anyhow!("no answer within {patience:.1?} of the last view; {silent}{troubles}")
     }
 }

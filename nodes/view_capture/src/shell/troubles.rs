@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 /// Diagnostics come each second; what is older is no longer so.
 const FRESH: Duration = Duration::from_secs(3);
+/// After this, each node has spoken since.
+const ROUND: Duration = Duration::from_millis(1200);
 
 /// The stages after this one.
 const LATER_STAGES: [&str; 3] = ["icp_registration", "roi_crop", "classifier"];
@@ -50,8 +52,9 @@ impl Troubles {
         Ok(Self { heard, _link: link })
     }
 
-    /// A clause for an error text: all present warnings and errors; empty if there are none.
-    pub fn clause(&self) -> String {
+    /// A clause for an error text: all warnings and errors, once each node has spoken of the present; empty if there are none.
+    pub async fn clause(&self) -> String {
+        tokio::time::sleep(ROUND).await;
         self.heard
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
