@@ -71,6 +71,28 @@ def test_as_many_views_as_the_caller_asks_for(sim):
     assert (response.error, response.result.view_count) == ('', 5)
 
 
+def test_scan_with_the_right_arm(launch):
+    from deformable_cobot.msg import ObjectCloud
+    from sensor_msgs.msg import JointState
+    graph = launch('sim.launch', side='right')
+    graph.wait_for_service('scan_object', timeout_s=60)
+    graph.hold('medium-can')
+    objects, states = Listener('object', ObjectCloud), Listener('/robot/joint_states', JointState)
+    before = wrists(states.next(accept=wrists))
+    response = graph.scan()
+    assert (response.error, response.result.label, response.result.view_count) == ('', 'medium-can', VIEWS)
+    cut = objects.next(accept=lambda message: message.complete)
+    assert (cut.in_hand_frame, cut.header.frame_id) == (True, 'right_hand')
+    after = wrists([state for state in states.all() if wrists(state)][-1])
+    turned = {joint: abs(angle - before[joint]) > 0.5 for joint, angle in after.items()}
+    assert turned == {'left_w2': False, 'right_w2': True}
+
+
+def wrists(state):
+    """Angle by wrist joint in a JointState; empty where it is about other joints."""
+    return {name: angle for name, angle in zip(state.name, state.position) if name.endswith('_w2')}
+
+
 def test_command_line_tools_see_the_graph(sim):
     core = sim.core
     assert 'name: ' not in core.output('rosnode', 'list')

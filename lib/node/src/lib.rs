@@ -33,6 +33,7 @@ mod link;
 mod listener;
 mod logging;
 mod master;
+mod memory;
 mod node;
 mod offset;
 mod parameters;

@@ -51,6 +51,7 @@ where
     F: Future<Output = anyhow::Result<()>>,
     B: FnOnce(Node) -> F,
 {
+    crate::memory::keep_small();
     crate::logging::install();
     abort_on_panic();
     let registry = Arc::new(Registry::default());

@@ -24,6 +24,19 @@ impl Side {
         }
     }
 
+    /// TF frame of the hand; +z is out along the gripper.
+    pub fn hand_frame(self) -> &'static str {
+        match self {
+            Self::Left => "left_hand",
+            Self::Right => "right_hand",
+        }
+    }
+
+    /// The joint that turns the hand about its own axis.
+    pub fn wrist_joint(self) -> &'static str {
+        self.joint_names()[JOINTS_PER_ARM - 1]
+    }
+
     /// Joint names in the robot's order: s0, s1, e0, e1, w0, w1, w2.
     pub fn joint_names(self) -> [&'static str; JOINTS_PER_ARM] {
         match self {

@@ -1,6 +1,6 @@
 //! What a user can set.
 
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, Side, in_range};
 use serde::{Deserialize, Serialize};
 
 /// How a scan is drawn.
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Parameters {
     /// TF frame in which clouds stand still while the hand turns; +z is up.
     pub fixed_frame: String,
-    /// TF frame of the hand; +z is out along the gripper.
-    pub hand_frame: String,
+    /// Arm whose hand holds the object: left or right.
+    pub side: Side,
     /// How far beside the hand the views and the registered cloud stand, m; 0: in their true place.
     pub spread_m: f64,
     /// Height of the words above the origin of the hand, m.
@@ -23,7 +23,7 @@ impl Default for Parameters {
     fn default() -> Self {
         Self {
             fixed_frame: "base".into(),
-            hand_frame: "left_hand".into(),
+            side: Side::Left,
             spread_m: 0.26,
             text_height_m: 0.44,
             voxel_m: 0.003,

@@ -76,7 +76,7 @@ impl Scene {
         if report.state == "turning" && turn_rad.is_finite() {
             self.words.draw(marker::line(
                 ("progress", 1),
-                &self.parameters.hand_frame,
+                self.parameters.side.hand_frame(),
                 &arc(turn_rad),
                 PROGRESS,
             ));
@@ -232,7 +232,7 @@ fn thinned(
 
 fn over_the_hand(parameters: &Parameters) -> (String, Point3<f64>) {
     let place = Point3::new(0.0, 0.0, parameters.text_height_m);
-    (parameters.hand_frame.clone(), place)
+    (parameters.side.hand_frame().into(), place)
 }
 
 /// The way that the hand still has to turn, in its own frame.

@@ -2,7 +2,7 @@
 
 use crate::pose_check::PoseRules;
 use crate::sweep::SweepRules;
-use parameter::{ParameterError, Tunable, in_range, tunables};
+use parameter::{ParameterError, Side, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 
 /// Who turns the wrist.
@@ -21,10 +21,8 @@ pub enum Mode {
 pub struct Parameters {
     /// Who turns the wrist: active or passive.
     pub mode: Mode,
-    /// The joint that turns the hand about its own axis.
-    pub joint: String,
-    /// TF frame of the hand.
-    pub hand_frame: String,
+    /// Arm whose hand holds the object: left or right.
+    pub side: Side,
     /// TF frame whose +z is up.
     pub base_frame: String,
     /// How far the gripper may lean from straight up before a scan, rad (active mode, with TF).
@@ -41,7 +39,7 @@ pub struct Parameters {
     pub use_tf: bool,
     /// Views of a scan unless the caller says otherwise.
     pub view_count: u32,
-    /// Wrist angle in the middle of the views, rad.
+    /// Angle of the left wrist in the middle of the views, rad; the right arm mirrors the left.
     pub centre_angle_rad: f64,
     /// Wrist turn between views, rad; smaller where the range is not enough.
     pub view_step_rad: f64,
@@ -78,8 +76,7 @@ impl Default for Parameters {
         let depth = depth_threshold::Parameters::default();
         Self {
             mode: Mode::Active,
-            joint: "left_w2".into(),
-            hand_frame: "left_hand".into(),
+            side: Side::Left,
             base_frame: "base".into(),
             tilt_max_rad: 15.0_f64.to_radians(),
             depth_min_m: depth.depth_min_m,
@@ -121,7 +118,16 @@ impl Parameters {
         }
         let (min, max) = (self.angle_min_rad, self.angle_max_rad);
         in_range("angle_max_rad", max, min..=7.0, "rad")?;
-        in_range("centre_angle_rad", self.centre_angle_rad, min..=max, "rad")?;
+        let (nearest_rad, farthest_rad) = match self.side {
+            Side::Left => (min, max),
+            Side::Right => (-max, -min),
+        };
+        in_range(
+            "centre_angle_rad",
+            self.centre_angle_rad,
+            nearest_rad..=farthest_rad,
+            "rad",
+        )?;
         in_range("tilt_max_rad", self.tilt_max_rad, 0.0..=3.2, "rad")?;
         let (near_m, far_m) = (self.depth_min_m, self.depth_max_m);
         in_range("depth_max_m", far_m, 0.0..=65.0, "m")?;
@@ -157,6 +163,14 @@ impl Parameters {
             0.0..=1.0,
             "",
         )
+    }
+
+    /// Angle of this side's wrist in the middle of the views, rad.
+    pub fn middle_rad(&self) -> f64 {
+        match self.side {
+            Side::Left => self.centre_angle_rad,
+            Side::Right => -self.centre_angle_rad,
+        }
     }
 
     /// Whether a scan may end before all its views are taken.

@@ -38,7 +38,7 @@ pub fn plan(parameters: &Parameters, views: u32) -> Result<Vec<f64>, PlanError> 
     let span_rad = (intervals * parameters.view_step_rad).min(range_rad);
     let step_rad = if count > 1 { span_rad / intervals } else { 0.0 };
     // Off-centre scans are moved into the range rather than cut.
-    let first_rad = (parameters.centre_angle_rad - span_rad / 2.0).clamp(
+    let first_rad = (parameters.middle_rad() - span_rad / 2.0).clamp(
         parameters.angle_min_rad,
         parameters.angle_max_rad - span_rad,
     );

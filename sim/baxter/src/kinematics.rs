@@ -1,6 +1,7 @@
 //! Where the links are, from the joint angles and the URDF.
 
 use nalgebra::Isometry3;
+use serde::{Deserialize, Serialize};
 
 use crate::urdf::{Joint, Limits, Urdf, UrdfError};
 
@@ -8,7 +9,8 @@ use crate::urdf::{Joint, Limits, Urdf, UrdfError};
 pub const JOINTS_PER_ARM: usize = 7;
 
 /// Which arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Side {
     /// The robot's own left.
     Left,
@@ -39,6 +41,12 @@ pub fn arm_joint_names(side: Side) -> [&'static str; JOINTS_PER_ARM] {
             "right_s0", "right_s1", "right_e0", "right_e1", "right_w0", "right_w1", "right_w2",
         ],
     }
+}
+
+/// Angles with which one arm is the mirror image of the other; both in the robot's order, rad.
+pub fn mirrored(arm_rad: [f64; JOINTS_PER_ARM]) -> [f64; JOINTS_PER_ARM] {
+    let [s0, s1, e0, e1, w0, w1, w2] = arm_rad;
+    [-s0, s1, -e0, e1, -w0, w1, -w2]
 }
 
 /// The robot's links and how they hang together.

@@ -4,6 +4,7 @@ use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::hand::HandKind;
+use crate::kinematics::Side;
 use crate::scan_pose::ScanPose;
 
 /// Settings, with the defaults of the real robot as far as they are known.
@@ -32,6 +33,8 @@ pub struct Parameters {
     pub velocity_noise_rad_s: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// Which arm stands in the scan pose at start, left or right; the other one rests.
+    pub side: Side,
     /// What is mounted on the left wrist: none, electric or reflex.
     pub left_hand: HandKind,
     /// What is mounted on the right wrist.
@@ -60,8 +63,9 @@ impl Default for Parameters {
             position_noise_rad: 5e-5,
             velocity_noise_rad_s: 1e-3,
             seed: 1,
+            side: Side::Left,
             left_hand: HandKind::Electric,
-            right_hand: HandKind::None,
+            right_hand: HandKind::Electric,
             gripper_closed_gap_m: 0.054,
             gripper_calibrated: false,
             scan_pose: ScanPose::default(),

@@ -6,7 +6,7 @@ use crate::arm::{Arm, CommandError};
 use crate::assembly::Assembly;
 use crate::gripper::Gripper;
 use crate::hand::{Hand, HandKind};
-use crate::kinematics::{Chain, Kinematics, Side, arm_joint_names, arm_positions};
+use crate::kinematics::{Chain, Kinematics, Side, arm_joint_names, arm_positions, mirrored};
 use crate::parameters::Parameters;
 use crate::reflex::ReflexHand;
 use crate::scan_pose::ScanPoseError;
@@ -16,7 +16,8 @@ use crate::urdf::UrdfError;
 
 /// The controller's period, as the real robot's.
 const STEP_MAX_S: f64 = 1e-3;
-/// Where the right arm rests: at the side, out of the camera's view. Robot's order, rad.
+/// Where an arm rests that does not scan: at the robot's side, out of the camera's view; the right one, in the robot's order,
+/// rad.
 const RIGHT_ARM_AT_REST_RAD: [f64; 7] = [0.08, -1.0, 1.19, 1.94, -0.67, 1.03, 0.5];
 /// What a real robot reports for its fixed torso joint, rad.
 const TORSO_T0_RAD: f64 = -12.566;
@@ -46,8 +47,14 @@ impl Robot {
     pub fn new(parameters: &Parameters, kinematics: &Kinematics) -> Result<Self, ScanPoseError> {
         let pose = &parameters.scan_pose;
         pose.validate(kinematics)?;
-        let arm = |side, angles_rad| -> Result<Arm, UrdfError> {
+        let arm = |side| -> Result<Arm, UrdfError> {
             let limits = kinematics.arm_limits(side)?;
+            let angles_rad = match (side, side == parameters.side) {
+                (Side::Left, true) => pose.left_arm(),
+                (Side::Right, true) => mirrored(pose.left_arm()),
+                (Side::Left, false) => mirrored(RIGHT_ARM_AT_REST_RAD),
+                (Side::Right, false) => RIGHT_ARM_AT_REST_RAD,
+            };
             Ok(Arm::new(
                 arm_joint_names(side),
                 limits,
@@ -72,12 +79,12 @@ impl Robot {
                 parameters.enabling_s,
             ),
             hands: [parameters.left_hand, parameters.right_hand].map(hand),
-            arms: [
-                arm(Side::Left, pose.left_arm())?,
-                arm(Side::Right, RIGHT_ARM_AT_REST_RAD)?,
-            ],
+            arms: [arm(Side::Left)?, arm(Side::Right)?],
             head: Tracker::new(
-                pose.head_pan_rad,
+                match parameters.side {
+                    Side::Left => pose.head_pan_rad,
+                    Side::Right => -pose.head_pan_rad,
+                },
                 kinematics.limits("head_pan")?,
                 HEAD_ACCELERATION_RAD_S2,
             ),

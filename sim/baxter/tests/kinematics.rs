@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
-use sim_baxter::{Kinematics, ScanPose, Side, Urdf, UrdfError};
+use sim_baxter::{Kinematics, ScanPose, Side, Urdf, UrdfError, mirrored};
 
 fn base_from_hand(angles_rad: &[f64; 7]) -> Isometry3<f64> {
     Kinematics::baxter()
@@ -90,6 +90,18 @@ fn right_hand_mirrors_the_left() {
     let kinematics = Kinematics::baxter().unwrap();
     let right = kinematics.base_from_hand(Side::Right, &[0.0; 7]).unwrap();
     assert!(distance_m(&right, [0.79746, -0.99246, 0.32098]) < 2e-5);
+}
+
+#[test]
+fn mirrored_angles_put_the_right_hand_where_a_mirror_shows_the_left() {
+    let left_rad = [-0.387, 0.355, -1.435, 1.603, -1.209, 1.686, 1.25];
+    let left = base_from_hand(&left_rad).translation.vector;
+    let kinematics = Kinematics::baxter().unwrap();
+    let right = kinematics
+        .base_from_hand(Side::Right, &mirrored(left_rad))
+        .unwrap();
+    assert!(distance_m(&right, [left.x, -left.y, left.z]) < 1e-4);
+    assert!(tilt_deg(&right) < 0.1);
 }
 
 #[test]

@@ -52,11 +52,11 @@ async fn serve_active(
     let action = Action::listen(&node)?;
     let surroundings = Surroundings::watch(&node, &parameters)?;
     let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
-        let (progress, joint) = (progress.clone(), parameters.now().joint.clone());
+        let (progress, joint) = (progress.clone(), parameters.now().side.wrist_joint());
         let surroundings = surroundings.clone();
         move |state: JointState| {
             surroundings.note_robot(state.header.stamp);
-            if let Some(angle_rad) = passive::angle_of(&state, &joint) {
+            if let Some(angle_rad) = passive::angle_of(&state, joint) {
                 progress.note_angle(angle_rad);
             }
         }

@@ -43,15 +43,15 @@ impl Pose {
         let Some(transforms) = transforms else {
             return Ok(None);
         };
-        let hand_frame = parameters.hand_frame.clone();
+        let hand_frame = parameters.side.hand_frame();
         let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
         let header = &cloud.header;
         let pose = transforms
-            .wait(&hand_frame, &header.frame_id, header.stamp, patience)
+            .wait(hand_frame, &header.frame_id, header.stamp, patience)
             .await;
         Ok(Some(Self {
             hand_from_camera: pose?,
-            hand_frame,
+            hand_frame: hand_frame.into(),
         }))
     }
 }

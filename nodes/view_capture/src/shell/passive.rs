@@ -33,9 +33,9 @@ pub async fn watch(
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
         let (sweep, parameters) = (Arc::clone(&sweep), parameters.clone());
-        let joint = parameters.now().joint.clone();
+        let joint = parameters.now().side.wrist_joint();
         move |state: JointState| {
-            let Some(angle_rad) = angle_of(&state, &joint) else {
+            let Some(angle_rad) = angle_of(&state, joint) else {
                 return;
             };
             let mut sweep = lock(&sweep);

@@ -67,7 +67,7 @@ impl Stance {
         let deadline = Instant::now() + Duration::from_secs_f64(parameters.transform_deadline_s);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
-            let (hand, now) = (&parameters.hand_frame, self.clock.now());
+            let (hand, now) = (parameters.side.hand_frame(), self.clock.now());
             match self.transforms.wait(frame, hand, now, left).await {
                 Err(TransformError::TooOld { .. }) if !left.is_zero() => sleep(TF_PERIOD).await,
                 found => return found,
