@@ -164,6 +164,18 @@ def test_a_shutdown_stops_the_fingers(electric):
     assert electric.node.wait(5) == 0
 
 
+def test_a_caller_that_is_killed_stops_the_fingers(electric, core):
+    from baxter_core_msgs.msg import EndEffectorCommand
+    electric.healthy()
+    commands = Listener(COMMAND, EndEffectorCommand)
+    caller = core.run('rosservice', 'call', '/grasp', '{command: close, width: 0.0, force: 0.0}')
+    commands.next(10, lambda command: command.command == 'go')
+    caller.process.kill()
+    commands.next(2, lambda command: command.command == 'stop')
+    assert electric_state().position > 5, 'stopped on the way'
+    assert electric.grasp('close').outcome == 'missed', 'the next one is served'
+
+
 @pytest.mark.parametrize('side, base', [('left', '/hand2/reflex_takktile'), ('right', '/reflex_takktile')])
 def test_reflex(start, side, base):
     from reflex_msgs.msg import Hand as HandState, PoseCommand

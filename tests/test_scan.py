@@ -71,10 +71,10 @@ def test_as_many_views_as_the_caller_asks_for(sim):
     assert (response.error, response.result.view_count) == ('', 5)
 
 
-def test_scan_with_the_right_arm(launch):
+def test_scan_with_a_reflex_hand_on_the_right_arm(launch):
     from deformable_cobot.msg import ObjectCloud
     from sensor_msgs.msg import JointState
-    graph = launch('sim.launch', side='right')
+    graph = launch('sim.launch', side='right', hand='reflex')
     graph.wait_for_service('scan_object', timeout_s=60)
     graph.hold('medium-can')
     objects, states = Listener('object', ObjectCloud), Listener('/robot/joint_states', JointState)

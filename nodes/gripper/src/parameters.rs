@@ -148,11 +148,23 @@ impl Parameters {
 
     /// Topics of the ReFlex hand begin so.
     pub fn reflex_base(&self) -> String {
-        match (&self.reflex.base[..], self.side) {
+        self.reflex.topics_on(self.side)
+    }
+}
+
+impl ReflexParameters {
+    /// Topics of a hand on this arm begin so.
+    pub fn topics_on(&self, side: Side) -> String {
+        match (&self.base[..], side) {
             ("", Side::Left) => "/hand2/reflex_takktile".into(),
             ("", Side::Right) => "/reflex_takktile".into(),
             (base, _) => base.trim_end_matches('/').into(),
         }
+    }
+
+    /// Distance between the fingertips where the fingers are turned by this angle in the mean, m.
+    pub fn width_m(&self, angle_rad: f64) -> f64 {
+        (self.open_width_m * (1.0 - angle_rad / self.closed_rad)).max(0.0)
     }
 }
 

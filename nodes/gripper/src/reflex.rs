@@ -101,11 +101,6 @@ impl Reflex {
         Ok(state)
     }
 
-    fn width_at(&self, angle_rad: f64) -> f64 {
-        let open_share = 1.0 - angle_rad / self.parameters.closed_rad;
-        (self.parameters.open_width_m * open_share).max(0.0)
-    }
-
     fn target_rad(&self, goal: Goal) -> Result<f64, GraspError> {
         let max_m = self.parameters.open_width_m;
         match goal {
@@ -257,7 +252,9 @@ impl Hand for Reflex {
         if now.saturating_duration_since(work.rest_since) >= self.settle {
             self.work = None;
             let outcome = self.verdict(&fingers, &commanded_rad, &work)?;
-            let width_m = self.width_at(measured_rad.iter().sum::<f64>() / FINGERS as f64);
+            let width_m = self
+                .parameters
+                .width_m(measured_rad.iter().sum::<f64>() / FINGERS as f64);
             return Ok(Step::Done(Grasped { outcome, width_m }));
         }
         if now.saturating_duration_since(work.begun) > self.motion_patience {
@@ -296,6 +293,6 @@ impl Hand for Reflex {
     fn width_m(&self) -> Option<f64> {
         let (fingers, _) = self.state?;
         let mean_rad = fingers.iter().map(|finger| finger.angle_rad).sum::<f64>() / FINGERS as f64;
-        Some(self.width_at(mean_rad))
+        Some(self.parameters.width_m(mean_rad))
     }
 }

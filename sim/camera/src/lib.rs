@@ -16,6 +16,7 @@ mod parameters;
 mod placement;
 mod playback;
 mod raster;
+mod reflex;
 mod scene;
 mod stereo;
 

@@ -12,12 +12,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use exposure::Source;
-use gripper::Gap;
+use gripper::{FINGERS, Gap, HandKind, ReflexParameters, Side};
 use msg::Time;
 use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{
     HoldObject, HoldObjectReq, HoldObjectRes, RotateWrist, RotateWristReq, RotateWristRes,
 };
+use msg::reflex_msgs;
 use msg::sensor_msgs::{CameraInfo, Image};
 use msg::std_msgs::Float64;
 use node::transforms::TransformError;
@@ -82,39 +83,60 @@ fn set_up(
         let service = offer_rotate_wrist(node, &playback)?;
         return Ok((Source::Recorded(playback), (service, None)));
     }
+    let (kind, side) = (parameters.hand, parameters.side);
     let (squeeze_m, seed) = (parameters.squeeze_m, parameters.seed.into());
-    let world = Arc::new(Mutex::new(World::new(&parameters.held(), squeeze_m, seed)?));
-    let side = parameters.side.name();
-    let service = offer_hold_object(node, &world, side)?;
-    let fingers = follow_fingers(node, &world, side, parameters.gap)?;
+    let world = World::new(kind, &parameters.held(), squeeze_m, seed)?;
+    let world = Arc::new(Mutex::new(world));
+    let service = offer_hold_object(node, &world, kind, side)?;
+    let fingers = match kind {
+        HandKind::Electric => follow_electric(node, &world, side, parameters.gap)?,
+        HandKind::Reflex => follow_reflex(node, &world, side)?,
+    };
     let source = Source::simulated(world, node.transforms()?, parameters)?;
     Ok((source, (service, Some(fingers))))
 }
 
 /// Draws the fingers of the electric gripper where it says that they are.
-fn follow_fingers(
+fn follow_electric(
     node: &Node,
     world: &Arc<Mutex<World>>,
-    side: &str,
+    side: Side,
     gap: Gap,
 ) -> anyhow::Result<Subscriber> {
+    let topic = format!("/robot/end_effector/{}_gripper/state", side.name());
     let world = Arc::clone(world);
-    let topic = format!("/robot/end_effector/{side}_gripper/state");
-    node.subscribe(
-        &topic,
-        Expect::OPTIONAL_STATE,
-        move |state: EndEffectorState| {
-            let width_m = gap.width_m(f64::from(state.position) / 100.0);
-            world
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .set_width(width_m);
-        },
-    )
+    let draw = move |state: EndEffectorState| {
+        let width_m = gap.width_m(f64::from(state.position) / 100.0);
+        set_width(&world, width_m);
+    };
+    node.subscribe(&topic, Expect::OPTIONAL_STATE, draw)
 }
 
-fn offer_hold_object(node: &Node, world: &Arc<Mutex<World>>, side: &str) -> anyhow::Result<Server> {
+/// Draws the fingers of a ReFlex hand as far apart as its motors say.
+fn follow_reflex(node: &Node, world: &Arc<Mutex<World>>, side: Side) -> anyhow::Result<Subscriber> {
+    let reflex = ReflexParameters::default();
+    let topic = format!("{}/hand_state", reflex.topics_on(side));
     let world = Arc::clone(world);
+    let draw = move |hand: reflex_msgs::Hand| {
+        let fingers = &hand.motor[..FINGERS];
+        let sum_rad: f64 = fingers.iter().map(|motor| motor.joint_angle).sum();
+        set_width(&world, reflex.width_m(sum_rad / FINGERS as f64));
+    };
+    node.subscribe(&topic, Expect::OPTIONAL_STATE, draw)
+}
+
+fn set_width(world: &Mutex<World>, width_m: f64) {
+    let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
+    world.set_width(width_m);
+}
+
+fn offer_hold_object(
+    node: &Node,
+    world: &Arc<Mutex<World>>,
+    kind: HandKind,
+    side: Side,
+) -> anyhow::Result<Server> {
+    let (world, side) = (Arc::clone(world), side.name());
     // The simulated hand closes on what is put into it.
     let hand = node.publish(&format!("/sim_baxter/{side}_object_width_m"), 1, Latch::Yes)?;
     let tell = move |world: &World| {
@@ -123,7 +145,7 @@ fn offer_hold_object(node: &Node, world: &Arc<Mutex<World>>, side: &str) -> anyh
     };
     tell(&world.lock().unwrap_or_else(PoisonError::into_inner));
     node.serve::<HoldObject>("hold_object", move |request| {
-        let result = held(&request).map(|held| {
+        let result = held(kind, &request).map(|held| {
             let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
             world.hold(held);
             tell(&world);
@@ -140,9 +162,9 @@ fn offer_hold_object(node: &Node, world: &Arc<Mutex<World>>, side: &str) -> anyh
     })
 }
 
-fn held(request: &HoldObjectReq) -> anyhow::Result<World> {
+fn held(kind: HandKind, request: &HoldObjectReq) -> anyhow::Result<World> {
     let Ok(held) = request.object.parse::<Held>();
-    Ok(World::new(&held, request.squeeze, request.seed)?)
+    Ok(World::new(kind, &held, request.squeeze, request.seed)?)
 }
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gripper::{Gap, Side};
+use gripper::{Gap, HandKind, Side};
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 use sim_deform::SQUEEZE_MAX_M;
@@ -19,6 +19,8 @@ use crate::playback::CaptureFrame;
 pub struct Parameters {
     /// Arm whose hand is seen: left or right.
     pub side: Side,
+    /// What is mounted there: electric or reflex.
+    pub hand: HandKind,
     /// Distance between the fingers of its electric gripper at the ends of their travel.
     pub gap: Gap,
     /// Object in the hand at the start: a name, or the path of a mesh (PLY or OBJ, millimetres, +z up); empty: none.
@@ -57,6 +59,7 @@ impl Default for Parameters {
     fn default() -> Self {
         Self {
             side: Side::Left,
+            hand: HandKind::Electric,
             gap: Gap::default(),
             object: String::new(),
             squeeze_m: 0.0,

@@ -1,12 +1,15 @@
 //! The world in front of the camera.
 
+use gripper::HandKind;
 use nalgebra::Translation3;
-
-use crate::gripper;
 use sim_objects::Mesh;
 
+use crate::gripper as electric;
+use crate::gripper::Opening;
+use crate::reflex;
+
 /// Height in the hand's frame at which an object's bottom is: fingertips less 30 mm of grasp depth.
-pub const OBJECT_BOTTOM_Z_M: f32 = gripper::TIP_Z_M - gripper::GRASP_DEPTH_M;
+pub const OBJECT_BOTTOM_Z_M: f32 = electric::TIP_Z_M - electric::GRASP_DEPTH_M;
 
 /// A part of the arm that moves on its own.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,48 +32,47 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The gripper closed on an upright object, given in its own frame (bottom centre, +z up).
+    /// The electric gripper closed on an upright object, given in its own frame (bottom centre, +z up).
     ///
     /// The object's axis is the hand's; the fingers close along y until they touch it.
     pub fn holding(object: &Mesh) -> Self {
-        Self::with_object(object, &gripper::opening_for(object))
+        Self::with_fingers(HandKind::Electric, Some(object), None)
     }
 
-    /// The gripper with its fingers `width_m` apart and the object, if any, between them. Fingers do not enter an object.
-    pub fn with_fingers(object: Option<&Mesh>, width_m: f32) -> Self {
-        let Some(object) = object else {
-            return Self::with_gripper(&gripper::Opening::WIDE.widened(width_m));
-        };
-        let touching = gripper::opening_for(object);
-        let opening = touching.widened(width_m.max(touching.width_m()));
-        Self::with_object(object, &opening)
-    }
-
-    /// How far apart fingers are that touch the object, m.
-    pub fn grasp_width_m(object: &Mesh) -> f32 {
-        gripper::opening_for(object).width_m()
-    }
-
-    /// The gripper open and empty.
+    /// The electric gripper open and empty.
     pub fn empty_handed() -> Self {
-        Self::with_gripper(&gripper::Opening::WIDE)
+        Self::with_fingers(HandKind::Electric, None, None)
     }
 
-    fn with_object(object: &Mesh, opening: &gripper::Opening) -> Self {
-        let mut scene = Self::with_gripper(opening);
-        let hand_from_object = Translation3::new(0.0, 0.0, OBJECT_BOTTOM_Z_M).into();
-        scene.hand.append(&object.transformed(&hand_from_object));
-        scene
-    }
-
-    fn with_gripper(opening: &gripper::Opening) -> Self {
-        let mut hand = gripper::mesh(opening);
+    /// A hand with its fingers `width_m` apart and the object, if any, between them. Fingers do not enter an object; without
+    /// a width they touch it, or are open where there is none.
+    pub fn with_fingers(kind: HandKind, object: Option<&Mesh>, width_m: Option<f32>) -> Self {
+        let touching = object.map(electric::opening_for);
+        let opening = match (touching, width_m) {
+            (None, None) => Opening::WIDE,
+            (None, Some(width_m)) => Opening::WIDE.widened(width_m),
+            (Some(touching), None) => touching,
+            (Some(touching), Some(width_m)) => touching.widened(width_m.max(touching.width_m())),
+        };
+        let mut hand = match kind {
+            HandKind::Electric => electric::mesh(&opening),
+            HandKind::Reflex => reflex::mesh(&opening),
+        };
         hand.append(&Mesh::cylinder(0.045, -0.12, 0.0, SEGMENTS));
+        if let Some(object) = object {
+            let hand_from_object = Translation3::new(0.0, 0.0, OBJECT_BOTTOM_Z_M).into();
+            hand.append(&object.transformed(&hand_from_object));
+        }
         Self {
             hand,
             links: forearm(),
             wall_x_m: Some(WALL_X_M),
         }
+    }
+
+    /// How far apart fingers are that touch the object, m.
+    pub fn grasp_width_m(object: &Mesh) -> f32 {
+        electric::opening_for(object).width_m()
     }
 }
 
@@ -106,18 +108,17 @@ mod tests {
         let reach_m = |scene: &Scene| scene.hand.bounds().1.y;
         let width_m = Scene::grasp_width_m(&can);
         assert!((width_m - 0.0655).abs() < 1e-4);
-        assert_eq!(
-            Scene::with_fingers(Some(&can), width_m),
-            Scene::holding(&can)
-        );
-        assert_eq!(Scene::with_fingers(Some(&can), 0.054), Scene::holding(&can));
-        let open = Scene::with_fingers(Some(&can), 0.0957);
+        let electric = |object, width_m| Scene::with_fingers(HandKind::Electric, object, width_m);
+        for width_m in [width_m, 0.054] {
+            assert_eq!(electric(Some(&can), Some(width_m)), Scene::holding(&can));
+        }
+        let open = electric(Some(&can), Some(0.0957));
         let wider_m = reach_m(&open) - reach_m(&Scene::holding(&can));
         assert!(
             (wider_m - (0.0957 - width_m) / 2.0).abs() < 1e-5,
             "{wider_m}"
         );
-        let empty = Scene::with_fingers(None, 0.1);
+        let empty = electric(None, Some(0.1));
         assert_eq!(empty, Scene::empty_handed());
     }
 }

@@ -1,5 +1,6 @@
 //! What is before the camera: the hand as it is now.
 
+use gripper::HandKind;
 use sim_camera::{Held, HeldError, Scene};
 use sim_objects::Mesh;
 
@@ -8,6 +9,7 @@ const WIDTH_CHANGE_MIN_M: f32 = 2e-4;
 
 /// The hand, its fingers, and the object between them.
 pub struct World {
+    kind: HandKind,
     object: Option<Mesh>,
     /// Distance between the fingers, m; unknown until the gripper has spoken.
     width_m: Option<f32>,
@@ -15,11 +17,12 @@ pub struct World {
 }
 
 impl World {
-    /// With an object in the hand, or none; the fingers touch it.
-    pub fn new(held: &Held, squeeze_m: f64, seed: u64) -> Result<Self, HeldError> {
+    /// With an object in a hand of this kind, or none; the fingers touch it.
+    pub fn new(kind: HandKind, held: &Held, squeeze_m: f64, seed: u64) -> Result<Self, HeldError> {
         let object = held.mesh(squeeze_m, seed)?;
         Ok(Self {
-            scene: scene(object.as_ref(), None),
+            scene: Scene::with_fingers(kind, object.as_ref(), None),
+            kind,
             object,
             width_m: None,
         })
@@ -28,7 +31,7 @@ impl World {
     /// Another object; the fingers stay where they were.
     pub fn hold(&mut self, other: Self) {
         self.object = other.object;
-        self.scene = scene(self.object.as_ref(), self.width_m);
+        self.draw();
     }
 
     /// How far apart fingers are that hold the object, m; `None` for an empty hand.
@@ -43,19 +46,15 @@ impl World {
         let is_news = |old: f32| (old - width_m).abs() > WIDTH_CHANGE_MIN_M;
         if self.width_m.is_none_or(is_news) {
             self.width_m = Some(width_m);
-            self.scene = scene(self.object.as_ref(), self.width_m);
+            self.draw();
         }
+    }
+
+    fn draw(&mut self) {
+        self.scene = Scene::with_fingers(self.kind, self.object.as_ref(), self.width_m);
     }
 
     pub fn scene(&self) -> &Scene {
         &self.scene
-    }
-}
-
-fn scene(object: Option<&Mesh>, width_m: Option<f32>) -> Scene {
-    match (object, width_m) {
-        (object, Some(width_m)) => Scene::with_fingers(object, width_m),
-        (Some(object), None) => Scene::holding(object),
-        (None, None) => Scene::empty_handed(),
     }
 }
