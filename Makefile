@@ -7,8 +7,8 @@
 # make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
-# make lint                    formatting, warnings, spelling
-# make audit                   licences, sources and known advisories of all dependencies; needs the network
+# make lint                    formatting, warnings, spelling, licences and sources of all dependencies
+# make audit                   known advisories about dependencies; fetches their database
 # make setup                   installs what is missing; the others call it
 
 SHELL := /bin/bash
@@ -76,7 +76,8 @@ soak: build
 	source setup/environment
 	$(PYTHON) tests/soak --scans $(SCANS)
 
-lint:
+DENY := target/lint/bin/cargo-deny
+lint: $(DENY)
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
@@ -85,7 +86,10 @@ lint:
 	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot tests/soak \
 		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate
+	$(DENY) check --hide-inclusion-graph licenses bans sources
 
-audit:
-	cargo install --locked --root target/audit cargo-deny
-	target/audit/bin/cargo-deny check
+audit: $(DENY)
+	$(DENY) check advisories
+
+$(DENY):
+	cargo install --locked --version 0.20.2 --root target/lint cargo-deny

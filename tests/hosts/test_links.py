@@ -7,7 +7,7 @@ import pytest
 from conftest import DEADLINES_S
 from faults import Answers, Scan, Wrist, recovers
 from graph import Listener
-from lab import ADDRESSES, ARM, GRIPPER, ROBOT
+from lab import ADDRESSES, ARM, GRIPPER, MAIN, ROBOT
 from processes import wait_until
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(180)]
@@ -51,6 +51,25 @@ def test_arm_computer_unplugged(graph, core):
     core.switch.set_link(ARM, 'up')
     recovers(graph)
     answers.check()
+
+
+def test_main_computer_unplugged_in_a_long_turn(graph, core):
+    """
+    the wrist, which turns for a caller on that computer, stops within 4 s, half-way; the next scan with the cable plugged in
+    succeeds, without anybody's help
+    """
+    recovers(graph)
+    wrist = Wrist()
+    core.output('rosservice', 'call', '/rotate_wrist', 'angle: -2.9')
+    core.run('rosservice', 'call', '/rotate_wrist', 'angle: 2.9')
+    wrist.moves()
+    core.switch.set_link(MAIN, 'down')
+    time.sleep(7)  # the whole turn takes less
+    heard = wrist.angle_rad
+    core.switch.set_link(MAIN, 'up')
+    wait_until(lambda: wrist.angle_rad != heard, 20, 'the robot')
+    assert wrist.rests(1.0) < 1.5, 'it went on without its caller'
+    recovers(graph)
 
 
 def test_arm_computer_on_a_bad_cable(make_lab, launch_robot):

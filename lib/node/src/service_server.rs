@@ -9,6 +9,7 @@ use crate::layout::MESSAGE_BYTES_MAX;
 use crate::tcpros::{Limited, block, header, read_block, read_header};
 use msg::service::Service;
 use rosrust::RosMsg;
+use socket2::{SockRef, TcpKeepalive};
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::net::{TcpListener, TcpStream};
@@ -20,6 +21,11 @@ use std::time::Duration;
 const CALLERS_MAX: usize = 64;
 /// How long a caller may take for its header, for a request once begun, and for taking the answer.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// A caller whose computer says nothing is gone after 3 s: something may be moving for it.
+const SIGN_OF_LIFE: TcpKeepalive = TcpKeepalive::new()
+    .with_time(Duration::from_secs(1))
+    .with_interval(Duration::from_secs(1))
+    .with_retries(2);
 /// How long a caller that keeps its connection may be silent between two requests.
 const IDLE_MAX: Duration = Duration::from_secs(24 * 3600);
 
@@ -124,6 +130,7 @@ fn serve_caller<S: Service>(
 ) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(PATIENCE))?;
+    SockRef::from(&stream).set_tcp_keepalive(&SIGN_OF_LIFE)?;
     let fields = read_header(&mut Limited::new(&stream, PATIENCE))?;
     let own_name = rosrust::name();
     let is_set = |field: &str| fields.get(field).is_some_and(|value| value == "1");

@@ -115,8 +115,11 @@ fn connections() -> Vec<Connection> {
     connections
 }
 
-/// What a listener has, those whom it accepts inherit.
+/// What a listener has, those whom it accepts inherit. Whoever has set limits of his own keeps them.
 fn limit(socket: &SockRef) -> std::io::Result<()> {
+    if socket.keepalive()? {
+        return Ok(());
+    }
     let keepalive = TcpKeepalive::new()
         .with_time(KEEPALIVE_IDLE)
         .with_interval(KEEPALIVE_INTERVAL)
