@@ -41,7 +41,13 @@ impl Expect {
         required: true,
         silence_max: Duration::from_millis(1000),
     };
-    /// The same of something that need not be there.
+    /// The same where messages about other things share the topic, as with joint states: in a queue of one they would push
+    /// it out.
+    pub const SHARED_STATE: Self = Self {
+        queue: 8,
+        ..Self::STATE
+    };
+    /// State that need not be there.
     pub const OPTIONAL_STATE: Self = Self {
         required: false,
         ..Self::STATE

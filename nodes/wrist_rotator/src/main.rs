@@ -18,11 +18,6 @@ use tokio::runtime::Handle;
 use wrist_rotator::{Guard, Parameters, RobotState};
 
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
-/// Several layouts share the topic of the joint states; a queue of one would let a gripper's push out the arm's.
-const JOINT_STATES: Expect = Expect {
-    queue: 8,
-    ..Expect::STATE
-};
 
 fn main() -> ExitCode {
     node::run("wrist_rotator", run)
@@ -119,7 +114,7 @@ fn listen(node: &Node, rotator: &Arc<Rotator>, side: &str) -> anyhow::Result<Vec
         rotator.monitor().collision_detected(state.collision_state);
     });
     Ok(vec![
-        node.subscribe("/robot/joint_states", JOINT_STATES, on_joints)?,
+        node.subscribe("/robot/joint_states", Expect::SHARED_STATE, on_joints)?,
         node.subscribe("/robot/state", Expect::STATE, on_state)?,
         node.subscribe(&cuff, Expect::EVENTS, on_cuff)?,
         node.subscribe(&avoidance, Expect::EVENTS, on_avoidance)?,

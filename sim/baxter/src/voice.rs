@@ -50,14 +50,16 @@ impl Voice {
 
     /// Publishes everything that is due at this tick.
     pub fn speak(&self, robot: &mut Robot, stamp: Time, tick: u64) {
-        self.joint_states
-            .send(joint_state(robot.joint_states(), stamp));
+        // Fingers first: robot_state_publisher keeps but the last message that waits for it, and where it is held up that
+        // has to be the one that moves the camera and the hand.
         for fingers in Side::BOTH.map(|side| robot.finger_joint_states(side)) {
             let message = fingers.map(|fingers| joint_state(fingers, stamp));
             message
                 .into_iter()
                 .for_each(|message| self.joint_states.send(message));
         }
+        self.joint_states
+            .send(joint_state(robot.joint_states(), stamp));
         self.state.send(assembly_state(robot));
         for (side, hand) in Side::BOTH.into_iter().zip(&self.hands) {
             hand.speak(robot.hand(side), stamp, tick);

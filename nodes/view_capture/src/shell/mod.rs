@@ -51,7 +51,7 @@ async fn serve_active(
     let progress = Progress::new();
     let action = Action::listen(&node)?;
     let surroundings = Surroundings::watch(&node, &parameters)?;
-    let _joints = node.subscribe("/robot/joint_states", Expect::STATE, {
+    let _joints = node.subscribe("/robot/joint_states", Expect::SHARED_STATE, {
         let (progress, joint) = (progress.clone(), parameters.now().side.wrist_joint());
         let surroundings = surroundings.clone();
         move |state: JointState| {
