@@ -235,7 +235,6 @@ def test_commands_that_nobody_would_hear_are_not_sent(start):
 
 def test_the_robot_says_the_joints_of_its_arms_last(start):
     """robot_state_publisher keeps but the last message that waits for it; one about fingers must not hide the arms."""
-    from sensor_msgs.msg import JointState
     start('sim_baxter')
     states = Listener('/robot/joint_states', JointState)
     last = {}
