@@ -114,9 +114,7 @@ impl Grid {
     }
 
     fn key(&self, point: &Point3<f32>) -> Option<u64> {
-        key(&point
-            .coords
-            .map(|coordinate| (coordinate / self.size_m).floor()))
+        key(&(point.coords / self.size_m))
     }
 
     /// Index of the cube with this key, or else the slot where it belongs.
@@ -163,14 +161,20 @@ impl Grid {
     }
 }
 
-/// A cube's number from its three whole coordinates; `None` where they do not fit or are NaN.
-fn key(cube: &Vector3<f32>) -> Option<u64> {
+/// The number of the cube around a place, which is measured in cubes; `None` where it does not fit or is NaN.
+fn key(place: &Vector3<f32>) -> Option<u64> {
     let fits = |coordinate: &f32| (-HALF_RANGE..HALF_RANGE).contains(coordinate);
-    cube.iter().all(fits).then(|| {
-        cube.iter().fold(0, |key, &coordinate| {
-            key << BITS | (coordinate as i64 + (1 << (BITS - 1))) as u64
+    place.iter().all(fits).then(|| {
+        place.iter().fold(0, |key, &coordinate| {
+            key << BITS | (floor(coordinate) + (1 << (BITS - 1))) as u64
         })
     })
+}
+
+/// Rounds down. `f32::floor` is a call on the oldest processors of this kind, for which builds are, and costs more.
+fn floor(coordinate: f32) -> i64 {
+    let towards_zero = coordinate as i64;
+    towards_zero - i64::from(coordinate < towards_zero as f32)
 }
 
 /// Fibonacci hashing: neighbouring cubes land far apart.

@@ -22,7 +22,7 @@ pub(crate) fn correct(
     };
     let twists = Twists::around(points)?;
     let max_distance = parameters.max_correspondence_m as f32;
-    let mut matcher = Matcher::new(&model.tree, &model.points, max_distance, points.len());
+    let mut matcher = Matcher::new(model, max_distance, points.len());
     let mut equations = Equations::new(&twists, parameters, points.len());
     let mut motion = Isometry3::identity();
     let mut fit = equations.gather(points, &motion, &surface, &mut matcher);

@@ -20,6 +20,7 @@ mod observability;
 mod parameters;
 mod point_to_point;
 mod registrar;
+mod rows;
 
 pub use error::{RegisterError, RegistrationError};
 pub use evidence::{StopReason, ViewEvidence};

@@ -1,18 +1,16 @@
 //! Which point of the model is nearest, asked again and again while a view moves a little.
 
-use std::num::NonZeroUsize;
-
-use cloud::Tree;
 use nalgebra::Point3;
+
+use crate::model::Searchable;
 
 /// Nearest neighbours of a view's points.
 ///
-/// For each point some neighbours are remembered. While it has moved less than half of what the next one after them is
-/// farther than the nearest, the nearest is still among them; the tree is only asked again after that. Answers are the
-/// same as without this memory.
+/// For each point all of the model's points that were near it are remembered, up to a distance. After it has moved, the
+/// nearest of them is the nearest of all as long as it is nearer than anything that was farther than that can have come;
+/// only then the rows are searched again. Answers are the same as without this memory.
 pub(crate) struct Matcher<'a> {
-    tree: &'a Tree,
-    targets: &'a [Point3<f32>],
+    model: &'a Searchable,
     max_distance: f32,
     remembered: Vec<Remembered>,
 }
@@ -29,77 +27,123 @@ pub(crate) struct Match {
 #[derive(Clone)]
 struct Remembered {
     place: Point3<f32>,
-    /// How far from `place` the nearest is known to be among the candidates, m.
-    holds_within: f32,
+    /// How far from `place` all points are among the candidates, m.
+    complete_within: f32,
     candidates: [u32; CANDIDATES],
 }
 
-/// With more, asking costs more than it saves.
+/// With more, looking at them costs more than it saves.
 const CANDIDATES: usize = 7;
-const ASKED: NonZeroUsize = NonZeroUsize::MIN.saturating_add(CANDIDATES);
+/// Without a memory to go by, a search looks as far as this at first, in voxels.
+const FIRST_VOXELS: f32 = 1.5;
+/// A search sees at least this many voxels beyond the nearest point, or all candidates.
+const BEYOND_VOXELS: f32 = 0.4;
 /// Distances are rounded; a memory that is this much too short costs nothing.
 const ROUNDING_M: f32 = 1e-6;
 
 impl<'a> Matcher<'a> {
-    /// For `count` points of a view; `tree` is over `targets`.
-    pub(crate) fn new(
-        tree: &'a Tree,
-        targets: &'a [Point3<f32>],
-        max_distance: f32,
-        count: usize,
-    ) -> Self {
-        let unknown = Remembered {
+    /// For `count` points of a view.
+    pub(crate) fn new(model: &'a Searchable, max_distance: f32, count: usize) -> Self {
+        let nothing = Remembered {
             place: Point3::origin(),
-            holds_within: f32::NEG_INFINITY,
+            complete_within: f32::NEG_INFINITY,
             candidates: [0; CANDIDATES],
         };
-        let remembered = vec![unknown; count];
         Self {
-            tree,
-            targets,
+            model,
             max_distance,
-            remembered,
+            remembered: vec![nothing; count],
         }
     }
 
     /// The model's point nearest to the view's point `number`, which is now at `place`.
     pub(crate) fn nearest(&mut self, number: usize, place: &Point3<f32>) -> Option<Match> {
-        let remembered = &mut self.remembered[number];
-        if (place - remembered.place).norm() >= remembered.holds_within {
-            *remembered = ask(self.tree, place, self.max_distance);
+        let remembered = &self.remembered[number];
+        let mut nearest = self.closest(&remembered.candidates, place);
+        let distance = nearest.distance_sq.sqrt().min(self.max_distance);
+        let complete_within = remembered.complete_within - (place - remembered.place).norm();
+        if distance >= complete_within {
+            let voxel_m = self.model.voxel_m;
+            let radius = if complete_within > 0.0 {
+                distance + BEYOND_VOXELS * voxel_m
+            } else {
+                FIRST_VOXELS * voxel_m
+            };
+            let found = self.search(place, radius);
+            nearest = self.closest(&found.candidates, place);
+            self.remembered[number] = found;
         }
+        (nearest.distance_sq <= self.max_distance * self.max_distance).then_some(nearest)
+    }
+
+    fn closest(&self, candidates: &[u32; CANDIDATES], place: &Point3<f32>) -> Match {
         let mut nearest = Match {
             index: 0,
             distance_sq: f32::INFINITY,
         };
-        for &candidate in &remembered.candidates {
+        for &candidate in candidates {
             let index = candidate as usize;
-            let distance_sq = (place - self.targets[index]).norm_squared();
+            let distance_sq = (place - self.model.points[index]).norm_squared();
             if distance_sq < nearest.distance_sq {
                 nearest = Match { index, distance_sq };
             }
         }
-        (nearest.distance_sq <= self.max_distance * self.max_distance).then_some(nearest)
+        nearest
+    }
+
+    /// Looks around, twice as far each time, until it knows the nearest point and some more, or that none is near.
+    fn search(&self, place: &Point3<f32>, mut radius: f32) -> Remembered {
+        let beyond = BEYOND_VOXELS * self.model.voxel_m;
+        let farthest = self.max_distance + beyond;
+        loop {
+            radius = radius.min(farthest);
+            let mut near = Shortlist::default();
+            let rows = &self.model.rows;
+            rows.within(place, radius, |index, distance_sq| {
+                near.add(index, distance_sq)
+            });
+            let [nearest, after_last] = [0, CANDIDATES].map(|rank| near.distances_sq[rank].sqrt());
+            if after_last <= radius || radius >= farthest || radius >= nearest + beyond {
+                let [candidates @ .., _] = near.indices;
+                return Remembered {
+                    place: *place,
+                    complete_within: after_last.min(radius) - ROUNDING_M,
+                    candidates,
+                };
+            }
+            radius *= 2.0;
+        }
     }
 }
 
-fn ask(tree: &Tree, place: &Point3<f32>, max_distance: f32) -> Remembered {
-    let mut candidates = [0; CANDIDATES];
-    let (mut first, mut after_last) = (f32::INFINITY, f32::INFINITY);
-    for (rank, near) in tree.nearest_n(place, ASKED).enumerate() {
-        let distance = near.distance_sq.sqrt();
-        first = first.min(distance);
-        match candidates.get_mut(rank) {
-            Some(candidate) => *candidate = near.index as u32,
-            None => after_last = distance,
+/// The nearest points so far, nearest first.
+struct Shortlist {
+    distances_sq: [f32; CANDIDATES + 1],
+    indices: [u32; CANDIDATES + 1],
+}
+
+impl Default for Shortlist {
+    fn default() -> Self {
+        Self {
+            distances_sq: [f32::INFINITY; CANDIDATES + 1],
+            indices: [0; CANDIDATES + 1],
         }
     }
-    // As long as nothing can be near enough, it does not matter which is the nearest.
-    let holds_within = ((after_last - first) / 2.0).max(first - max_distance) - ROUNDING_M;
-    Remembered {
-        place: *place,
-        holds_within,
-        candidates,
+}
+
+impl Shortlist {
+    fn add(&mut self, index: u32, distance_sq: f32) {
+        let mut rank = CANDIDATES;
+        if distance_sq >= self.distances_sq[rank] {
+            return;
+        }
+        while rank > 0 && distance_sq < self.distances_sq[rank - 1] {
+            self.distances_sq[rank] = self.distances_sq[rank - 1];
+            self.indices[rank] = self.indices[rank - 1];
+            rank -= 1;
+        }
+        self.distances_sq[rank] = distance_sq;
+        self.indices[rank] = index;
     }
 }
 
@@ -121,10 +165,12 @@ mod tests {
             || Point3::new(random.random(), random.random(), random.random()) * 0.1;
         let targets: Vec<Point3<f32>> = (0..500).map(|_| random_point()).collect();
         let mut places: Vec<Point3<f32>> = (0..200).map(|_| random_point() * 1.4).collect();
-        let tree = Tree::new(&targets).unwrap();
-        let mut matcher = Matcher::new(&tree, &targets, 0.008, places.len());
+        let model = Searchable::new(targets.clone(), 0.008).unwrap();
+        let mut matcher = Matcher::new(&model, 0.008, places.len());
         for step in 0..60 {
-            let offset = Vector3::new(0.3, -0.2, 0.1) * (0.002 / (1.0 + step as f32));
+            // A jump now and then, which makes memories useless.
+            let step_m = if step % 20 == 19 { 0.05 } else { 0.002 };
+            let offset = Vector3::new(0.3, -0.2, 0.1) * (step_m / (1.0 + step as f32));
             for (number, place) in places.iter_mut().enumerate() {
                 *place += offset;
                 let slow = targets

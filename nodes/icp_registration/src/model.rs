@@ -1,9 +1,10 @@
 //! All views so far, thinned.
 
-use cloud::Tree;
 use cloud::normals::Moments;
 use cloud::voxel::{Grid, VoxelError};
 use nalgebra::{Point3, Vector3};
+
+use crate::rows::Rows;
 
 /// The cloud that views are laid onto.
 #[derive(Debug, Clone)]
@@ -15,13 +16,23 @@ pub(crate) struct Model {
 /// The model as it is while a view is laid onto it.
 pub(crate) struct Searchable {
     pub(crate) points: Vec<Point3<f32>>,
-    pub(crate) tree: Tree,
+    /// Of `points`.
+    pub(crate) rows: Rows,
+    /// About the distance between neighbouring points.
+    pub(crate) voxel_m: f32,
 }
+
+/// Width of the rows: a search of one or two voxels meets four of them at most.
+const ROW_VOXELS: f32 = 4.0;
 
 impl Searchable {
     /// `None` for no points.
-    pub(crate) fn new(points: Vec<Point3<f32>>) -> Option<Self> {
-        Tree::new(&points).map(|tree| Self { points, tree })
+    pub(crate) fn new(points: Vec<Point3<f32>>, voxel_m: f32) -> Option<Self> {
+        Rows::new(&points, ROW_VOXELS * voxel_m).map(|rows| Self {
+            points,
+            rows,
+            voxel_m,
+        })
     }
 }
 
@@ -47,7 +58,7 @@ impl Model {
 
     /// `None` for an empty model.
     pub(crate) fn searchable(&self) -> Option<Searchable> {
-        Searchable::new(self.points())
+        Searchable::new(self.points(), self.voxel_m)
     }
 
     /// Unit normal of each of the model's points; `None` where the surface is not flat.

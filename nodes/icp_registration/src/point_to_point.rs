@@ -52,7 +52,7 @@ fn coarse(
 ) -> Option<(Vec<Point3<f32>>, Searchable)> {
     let side_m = COARSE_VOXELS * parameters.voxel_m as f32;
     let thinned = |points| voxel::downsample(points, side_m).ok();
-    let model = Searchable::new(thinned(&model.points)?)?;
+    let model = Searchable::new(thinned(&model.points)?, side_m)?;
     (points.len() >= COARSE_MIN_POINTS).then_some((thinned(points)?, model))
 }
 
@@ -71,7 +71,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(points: &'a [Point3<f32>], model: &'a Searchable, max_distance: f32) -> Self {
-        let matcher = Matcher::new(&model.tree, &model.points, max_distance, points.len());
+        let matcher = Matcher::new(model, max_distance, points.len());
         let centre = cloud::centroid(points)
             .unwrap_or_else(Point3::origin)
             .cast();
