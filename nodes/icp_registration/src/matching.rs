@@ -33,11 +33,11 @@ struct Remembered {
 }
 
 /// With more, looking at them costs more than it saves.
-const CANDIDATES: usize = 7;
+const CANDIDATES: usize = 4;
 /// Without a memory to go by, a search looks as far as this at first, in voxels.
-const FIRST_VOXELS: f32 = 1.5;
+const FIRST_VOXELS: f32 = 1.2;
 /// A search sees at least this many voxels beyond the nearest point, or all candidates.
-const BEYOND_VOXELS: f32 = 0.4;
+const BEYOND_VOXELS: f32 = 0.3;
 /// Distances are rounded; a memory that is this much too short costs nothing.
 const ROUNDING_M: f32 = 1e-6;
 
