@@ -2,30 +2,13 @@
 
 use anyhow::Result;
 use classifier::ModelMetadata;
-use serde::{Deserialize, Serialize};
 
 use crate::batch::Clouds;
-use crate::calibration::{
-    calibration_error, highest_probability, inverse_temperature, log_sum_exp,
-};
+use crate::calibration::{inverse_temperature, log_sum_exp};
 use crate::metrics::{Confusion, threshold_keeping};
 use crate::network::Network;
+use crate::test::{Answered, Test};
 use crate::trainer::{logits, most_probable};
-
-/// How the network does on clouds that had no part in training.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Test {
-    /// How many.
-    pub clouds: usize,
-    /// Share named rightly.
-    pub accuracy: f64,
-    /// Mean negative log-likelihood.
-    pub loss: f64,
-    /// Expected calibration error: how far probabilities are from shares of right answers.
-    pub calibration_error: f64,
-    /// All answers.
-    pub confusion: Confusion,
-}
 
 /// What a network says about clouds of its classes.
 pub(crate) struct Answers {
@@ -62,34 +45,24 @@ impl Answers {
         threshold_keeping(self.logits.iter().map(|l| log_sum_exp(l)).collect(), share)
     }
 
-    /// All that is said of test clouds; `inverse_temperature` as found on other clouds.
-    pub fn test(&self, labels: &[String], inverse_temperature: f64) -> Test {
-        let confusion = self.confusion(labels);
+    /// All that is said of test clouds by a model with this metadata; `inverse_temperature` as found on other clouds.
+    pub fn test(&self, metadata: &ModelMetadata, inverse_temperature: f64) -> Test {
         let tempered = |logits: &[f32]| -> Vec<f32> {
-            let scaled: Vec<f32> = logits
-                .iter()
-                .map(|l| l * inverse_temperature as f32)
-                .collect();
+            let factor = inverse_temperature as f32;
+            let scaled: Vec<f32> = logits.iter().map(|logit| factor * logit).collect();
             let sum = log_sum_exp(&scaled) as f32;
-            scaled.into_iter().map(|l| l - sum).collect()
+            scaled.into_iter().map(|logit| logit - sum).collect()
         };
         let answers: Vec<Vec<f32>> = self.logits.iter().map(|l| tempered(l)).collect();
-        let loss: f64 = answers
+        let truths = self.logits.iter().zip(&self.labels);
+        let answered = answers
             .iter()
-            .zip(&self.labels)
-            .map(|(a, &l)| -f64::from(a[l]))
-            .sum();
-        let judged: Vec<(f64, bool)> = answers
-            .iter()
-            .zip(&self.labels)
-            .map(|(answer, &label)| (highest_probability(answer), most_probable(answer) == label))
-            .collect();
-        Test {
-            clouds: self.labels.len(),
-            accuracy: confusion.accuracy(),
-            loss: loss / self.labels.len().max(1) as f64,
-            calibration_error: calibration_error(&judged),
-            confusion,
-        }
+            .zip(truths)
+            .map(|(answer, (logits, &label))| Answered {
+                log_probabilities: answer,
+                known_score: log_sum_exp(logits),
+                label,
+            });
+        Test::of(&metadata.labels, metadata.known_threshold, answered)
     }
 }

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use candle_core::{Device, Tensor, safetensors};
 
+use crate::epoch::EpochReport;
 use crate::optimizer::AdamState;
-use crate::trainer::EpochReport;
 
 /// Everything that the next epoch depends on. Its random numbers come from the seed and the epoch's number alone.
 #[derive(Debug, Clone)]

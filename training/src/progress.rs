@@ -4,8 +4,8 @@ use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::epoch::EpochReport;
 use crate::run::Stage;
-use crate::trainer::EpochReport;
 
 /// Shows what a run is at.
 pub fn show(bar: &ProgressBar, stage: Stage) {

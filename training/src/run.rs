@@ -11,14 +11,15 @@ use serde::{Deserialize, Serialize};
 use crate::answers::Answers;
 use crate::checkpoint::Checkpoint;
 use crate::dataset::preprocessing;
+use crate::epoch::EpochReport;
 use crate::export::{encode, write_atomically, write_model};
 use crate::metrics::Confusion;
 use crate::network::{Network, NetworkKind};
 use crate::settings::Settings;
 use crate::source::{Data, Source};
-use crate::trainer::{EpochReport, Event, train};
+use crate::trainer::{Event, train};
 
-pub use crate::answers::Test;
+pub use crate::test::Test;
 
 /// What to train, on what, and where it goes.
 #[derive(Debug, Clone)]
@@ -134,7 +135,7 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     metadata.known_threshold = answers.threshold(settings.known_share);
     let test = data.test.as_ref().map(|part| -> Result<Test> {
         let answers = Answers::of(&network, part.clouds(), &metadata)?;
-        Ok(answers.test(&metadata.labels, inverse_temperature))
+        Ok(answers.test(&metadata, inverse_temperature))
     });
     let confusion = answers.confusion(&metadata.labels);
     let results = Results {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::augment::Augmentation;
 use crate::batch::Clouds;
 use crate::checkpoint::{Checkpoint, State};
+use crate::epoch::EpochReport;
 use crate::network::Network;
 use crate::optimizer::Adam;
 use crate::passes::{evaluate, gradients};
@@ -46,23 +47,6 @@ impl Default for TrainingParameters {
             augmentation: Augmentation::default(),
         }
     }
-}
-
-/// What one epoch achieved.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct EpochReport {
-    /// From 1.
-    pub epoch: usize,
-    /// Mean negative log-likelihood of the training clouds, while learning.
-    pub train_loss: f64,
-    /// Share of training clouds named rightly, while learning.
-    pub train_accuracy: f64,
-    /// Mean negative log-likelihood of the validation clouds.
-    pub validation_loss: f64,
-    /// Share of validation clouds named rightly.
-    pub validation_accuracy: f64,
-    /// Whether the validation loss is the lowest so far.
-    pub best: bool,
 }
 
 /// What happens while training, for a progress display.
@@ -127,7 +111,7 @@ pub fn train(
         let learned = fit.epoch(epoch, &mut random, &mut observe)?;
         let found = evaluate(network, validation, metres_per_unit)?;
         refuse_nan(found.loss(), epoch)?;
-        let report = fit.end_epoch(report(epoch, &learned, &found))?;
+        let report = fit.end_epoch(EpochReport::of(epoch, &learned, &found))?;
         checkpoint.map_or(Ok(()), |checkpoint| checkpoint.write(&fit.state()?))?;
         observe(Event::Epoch(report))?;
     }
@@ -233,17 +217,6 @@ fn refuse_nan(loss: f64, epoch: usize) -> Result<()> {
         "the loss is not a number any more in epoch {epoch}; lower learning_rate"
     );
     Ok(())
-}
-
-fn report(epoch: usize, train: &Tally, validation: &Tally) -> EpochReport {
-    EpochReport {
-        epoch,
-        train_loss: train.loss(),
-        train_accuracy: train.accuracy(),
-        validation_loss: validation.loss(),
-        validation_accuracy: validation.accuracy(),
-        best: false,
-    }
 }
 
 /// A short warm-up, then half a cosine; `progress` runs from 0 to 1.

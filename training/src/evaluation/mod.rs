@@ -1,7 +1,7 @@
 //! How good a model file is on clouds that it was not trained on.
 
+mod by_view;
 mod known;
-mod test;
 
 use std::path::{Path, PathBuf};
 
@@ -9,8 +9,8 @@ use anyhow::{Result, bail};
 use classifier::{Model, Output};
 use serde::Serialize;
 
+pub use by_view::DataTest;
 pub use known::Known;
-pub use test::Test;
 
 use crate::dataset::simulate;
 use crate::mesh_dataset::{MeshDataset, MeshFile};
@@ -28,7 +28,7 @@ pub struct Evaluation {
     /// What ran it.
     pub provider: String,
     /// Answers on clouds of the model's classes.
-    pub tests: Vec<Test>,
+    pub tests: Vec<DataTest>,
     /// How well strangers are told from them.
     pub known: Known,
 }
@@ -67,12 +67,12 @@ pub fn evaluate(
 
     let (samples, answers) = measure(&own_classes(&metadata.labels, count))?;
     let data = format!("parametric objects, {count} specimens a class, seed {seed}");
-    tests.extend(test::by_view(&data, &metadata, &samples, &answers));
+    tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
     let known_scores = scores(&answers);
     if let Some(folder) = &settings.dataset {
         let (samples, answers) = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
         let data = format!("{}, {count} meshes a class", folder.display());
-        tests.extend(test::by_view(&data, &metadata, &samples, &answers));
+        tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
     }
     let (_, strangers) = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
     let known = Known::of(known_scores, scores(&strangers), metadata.known_threshold);
@@ -128,10 +128,10 @@ impl Evaluation {
     pub fn to_text(&self) -> String {
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let mut text = String::new();
-        for test in &self.tests {
+        for DataTest { data, test } in &self.tests {
             text += &format!(
                 "{}\n{}accuracy {} on {} clouds; called known: {}; calibration error {:.3}\n\n",
-                test.data,
+                data,
                 test.confusion.table(),
                 percent(test.accuracy),
                 test.clouds,

@@ -9,8 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
 use super::Cell;
+use crate::epoch::EpochReport;
 use crate::metrics::Confusion;
-use crate::trainer::EpochReport;
 
 const FONT: &str = "sans-serif";
 const COLOURS: [RGBColor; 6] = [
