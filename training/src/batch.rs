@@ -116,7 +116,7 @@ impl<'a> Clouds<'a> {
     /// Candle fails.
     pub fn summed_loss(&self, log_probabilities: &Tensor, indices: &[usize]) -> Result<Tensor> {
         let labels: Vec<u32> = indices.iter().map(|&index| self.labels[index]).collect();
-        let labels = Tensor::from_vec(labels, (indices.len(), 1), &Device::Cpu)?;
+        let labels = Tensor::from_vec(labels, (indices.len(), 1), log_probabilities.device())?;
         Ok(log_probabilities.gather(&labels, 1)?.sum_all()?.neg()?)
     }
 }

@@ -1,18 +1,34 @@
 //! Two operations of the network in one pass each, forward and back.
 //!
 //! Made of candle's own operations they take four fifths of a training step, most of it in strided sums and in
-//! buffers that live for one addition. CPU only.
+//! buffers that live for one addition. On a GPU they are made of those.
 
-use candle_core::{CpuStorage, CustomOp1, CustomOp2, Layout, Result, Shape, Storage, Tensor, bail};
+use candle_core::{
+    CpuStorage, CustomOp1, CustomOp2, D, Layout, Result, Shape, Storage, Tensor, bail,
+};
 
 /// max(0, x + bias) for `x` [M, F] and `bias` [F].
 pub fn bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
+    if !x.device().is_cpu() {
+        return plain_bias_relu(x, bias);
+    }
     x.contiguous()?.apply_op2(bias, BiasRelu)
 }
 
 /// Maximum and mean over the points: [B, N, F] to [B, 2 F], all maxima first.
 pub fn pool(features: &Tensor) -> Result<Tensor> {
+    if !features.device().is_cpu() {
+        return plain_pool(features);
+    }
     features.contiguous()?.apply_op1(Pool)
+}
+
+fn plain_bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
+    x.broadcast_add(bias)?.relu()
+}
+
+fn plain_pool(features: &Tensor) -> Result<Tensor> {
+    Tensor::cat(&[features.max(1)?, features.mean(1)?], D::Minus1)
 }
 
 struct BiasRelu;
@@ -169,7 +185,7 @@ pub(crate) fn with_values<T>(
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use candle_core::{D, Device, Var};
+    use candle_core::{Device, Var};
 
     use super::*;
 
@@ -211,14 +227,14 @@ mod tests {
     #[test]
     fn bias_relu_is_what_candle_makes_of_add_and_relu() {
         let (x, bias) = (random((7, 5)), random(5));
-        let plain = x.broadcast_add(&bias).unwrap().relu().unwrap();
+        let plain = plain_bias_relu(&x, &bias).unwrap();
         assert_same(&[&x, &bias], &bias_relu(&x, &bias).unwrap(), &plain);
     }
 
     #[test]
     fn pool_is_what_candle_makes_of_max_and_mean() {
         let x = random((3, 6, 4));
-        let plain = Tensor::cat(&[x.max(1).unwrap(), x.mean(1).unwrap()], D::Minus1).unwrap();
+        let plain = plain_pool(&x).unwrap();
         assert_same(&[&x], &pool(&x).unwrap(), &plain);
     }
 

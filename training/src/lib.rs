@@ -2,6 +2,7 @@
 
 mod answers;
 pub mod augment;
+pub mod backend;
 pub mod batch;
 pub mod calibration;
 pub mod checkpoint;

@@ -54,8 +54,20 @@ impl Adam {
     }
 
     /// Goes on from a state of the same variables.
-    pub fn resume(&mut self, state: AdamState) {
-        self.state = state;
+    ///
+    /// # Errors
+    /// Candle fails.
+    pub fn resume(&mut self, state: AdamState) -> Result<()> {
+        let there = |tensors: Vec<Tensor>| -> candle_core::Result<Vec<Tensor>> {
+            let pairs = tensors.iter().zip(&self.variables);
+            pairs.map(|(t, v)| t.to_device(v.device())).collect()
+        };
+        self.state = AdamState {
+            steps: state.steps,
+            means: there(state.means)?,
+            squares: there(state.squares)?,
+        };
+        Ok(())
     }
 
     /// One step against the gradients.
@@ -125,7 +137,7 @@ mod tests {
         let mut first = Adam::new(vec![stopped.clone()], 0.01).unwrap();
         descend(&mut first, &stopped, 4);
         let mut second = Adam::new(vec![stopped.clone()], 0.01).unwrap();
-        second.resume(first.state().clone());
+        second.resume(first.state().clone()).unwrap();
         descend(&mut second, &stopped, 3);
         assert_eq!(value(&through), value(&stopped));
     }

@@ -27,6 +27,7 @@ pub(crate) fn gradients(
         .into_par_iter()
         .map(|(part, random)| {
             let input = clouds.tensor(part, metres_per_unit, Some((augmentation, random)))?;
+            let input = input.to_device(&network.device())?;
             let answers = network.forward(&input)?;
             let loss = clouds.summed_loss(&answers, part)?;
             let gradients = (&loss / indices.len() as f64)?.backward()?;
@@ -75,6 +76,7 @@ fn of_each(
         .par_chunks(network.part_size(clouds.point_count))
         .map(|part| {
             let input = clouds.tensor(part, metres_per_unit, None)?;
+            let input = input.to_device(&network.device())?;
             Ok(answer(network, &input)?.to_vec2()?)
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Products of matrices, forward and back, in the thread that asks for them.
 //!
 //! Candle's own product looks the number of cores up in /proc at each call, which for matrices as small as ours takes
-//! longer than the product; and it may spread over threads that are busy with other clouds. CPU only.
+//! longer than the product; and it may spread over threads that are busy with other clouds. On a GPU it is candle's.
 
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor, bail};
 use nalgebra::{DMatrix, DMatrixView};
@@ -13,7 +13,11 @@ use crate::fused::{values, with_values};
 /// # Errors
 /// The shapes do not fit.
 pub fn product(a: &Tensor, b: &Tensor) -> Result<Tensor> {
-    a.contiguous()?.apply_op2(&b.contiguous()?, Product)
+    let (a, b) = (a.contiguous()?, b.contiguous()?);
+    if !a.device().is_cpu() {
+        return a.matmul(&b);
+    }
+    a.apply_op2(&b, Product)
 }
 
 /// Each of `clouds` [B, N, 3] times its own `turns` [B, 3, 3].
@@ -21,7 +25,11 @@ pub fn product(a: &Tensor, b: &Tensor) -> Result<Tensor> {
 /// # Errors
 /// The shapes do not fit.
 pub fn turned(clouds: &Tensor, turns: &Tensor) -> Result<Tensor> {
-    clouds.contiguous()?.apply_op2(&turns.contiguous()?, Turned)
+    let (clouds, turns) = (clouds.contiguous()?, turns.contiguous()?);
+    if !clouds.device().is_cpu() {
+        return clouds.matmul(&turns);
+    }
+    clouds.apply_op2(&turns, Turned)
 }
 
 /// `a` [M, K] · `b` [K, N], all row-major: for nalgebra, whose matrices are column-major, they are transposed.

@@ -9,6 +9,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use crate::answers::Answers;
+use crate::backend::Backend;
 use crate::checkpoint::Checkpoint;
 use crate::dataset::preprocessing;
 use crate::epoch::EpochReport;
@@ -32,6 +33,8 @@ pub struct Order {
     pub output: PathBuf,
     /// Where the model goes.
     pub model: PathBuf,
+    /// What runs the network.
+    pub backend: Backend,
     /// Whether clouds are made again and an interrupted run is forgotten.
     pub fresh: bool,
 }
@@ -120,7 +123,7 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     metadata.labels = source.labels();
     metadata.normals = settings.normals();
     metadata.run_id = run_id.clone();
-    let network = network(settings, metadata.labels.len())?;
+    let network = network(settings, metadata.labels.len())?.on(&order.backend.device()?)?;
     metadata.network_version = network.version().to_owned();
     encode(&network, 1.0, &metadata).context("the network is too large")?;
 
@@ -250,11 +253,13 @@ fn write_record(path: &Path, order: &Order, results: &Results) -> Result<()> {
     struct Record<'a> {
         settings: &'a Settings,
         datasets: &'a [PathBuf],
+        backend: Backend,
         results: &'a Results,
     }
     let text = serde_yaml::to_string(&Record {
         settings: &order.settings,
         datasets: &order.datasets,
+        backend: order.backend,
         results,
     })?;
     write_atomically(path, text.as_bytes())

@@ -1,11 +1,11 @@
 //! Two rectified layers that all points share, and the largest of each feature over the points, as one operation.
 //!
 //! Only the point that holds a feature's maximum passes a gradient on. So the way back visits F winners of each cloud
-//! instead of N × F values, and costs a small part of the way forward. CPU only.
+//! instead of N × F values, and costs a small part of the way forward. On a GPU it is made of candle's own operations.
 
 use std::sync::{Mutex, PoisonError};
 
-use candle_core::{CpuStorage, CustomOp3, Layout, Result, Shape, Tensor, bail};
+use candle_core::{CpuStorage, CustomOp3, D, Layout, Result, Shape, Tensor, bail};
 
 use crate::fused::{relu, values, with_values};
 use crate::product::multiply;
@@ -17,7 +17,21 @@ use crate::product::multiply;
 /// The shapes do not fit.
 pub fn shared_max(x: &Tensor, first: &Tensor, second: &Tensor) -> Result<Tensor> {
     let (points, first, second) = (x.contiguous()?, first.contiguous()?, second.contiguous()?);
+    if !points.device().is_cpu() {
+        return plain(&points, &first, &second);
+    }
     points.apply_op3(&first, &second, SharedMax::default())
+}
+
+fn plain(points: &Tensor, first: &Tensor, second: &Tensor) -> Result<Tensor> {
+    let (batch, count, _) = points.dims3()?;
+    let ones = Tensor::ones((batch, count, 1), points.dtype(), points.device())?;
+    let layer = |x: &Tensor, layer: &Tensor| -> Result<Tensor> {
+        Tensor::cat(&[x, &ones], D::Minus1)?
+            .broadcast_matmul(layer)?
+            .relu()
+    };
+    layer(&layer(points, first)?, second)?.max(1)
 }
 
 /// Points that are multiplied at once: their results stay in the cache until the largest are found.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
+use crate::backend::Backend;
 use crate::export::write_atomically;
 use crate::metrics::Confusion;
 use crate::run::{Order, Results, Stage, run, run_id};
@@ -29,6 +30,8 @@ pub struct StudyOrder {
     pub points: Vec<usize>,
     /// Where everything goes.
     pub output: PathBuf,
+    /// What runs the networks.
+    pub backend: Backend,
 }
 
 /// One combination and what came of it.
@@ -131,6 +134,7 @@ fn train_cell(
         datasets: order.datasets.clone(),
         output: order.output.join("runs"),
         model: path.with_extension("onnx"),
+        backend: order.backend,
         fresh: false,
     };
     let cell = Cell {

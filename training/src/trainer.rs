@@ -161,7 +161,7 @@ impl Fit<'_> {
     fn resume(&mut self, state: State) -> Result<()> {
         self.network.restore(&state.weights)?;
         self.best_weights = state.best_weights;
-        self.adam.resume(state.adam);
+        self.adam.resume(state.adam)?;
         self.history = state.history;
         Ok(())
     }

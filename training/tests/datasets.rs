@@ -15,6 +15,7 @@ use sim_dataset::generate::{self, generate};
 use sim_dataset::object::Source;
 use sim_objects::file::MILLIMETRE;
 use sim_objects::{ObjectClass, Stranger};
+use training::backend::Backend;
 use training::mesh_clouds::{MeshClouds, Split};
 use training::report::describe;
 use training::run::{Order, Stage, run};
@@ -63,6 +64,7 @@ fn order(folder: &Path, datasets: &[&Path]) -> Order {
         datasets: datasets.iter().map(PathBuf::from).collect(),
         output: folder.join("output"),
         model: folder.join("model.onnx"),
+        backend: Backend::Cpu,
         fresh: false,
     }
 }

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 use sim_dataset::generate::{self, generate};
 use sim_dataset::object::Source;
 use sim_objects::ObjectClass;
+use training::backend::Backend;
 use training::settings::Settings;
 use training::study::{StudyOrder, study};
 
@@ -37,6 +38,7 @@ fn a_study_reports_all_and_trains_nothing_twice() {
         features: vec![8, 12],
         points: vec![16],
         output: folder.path().join("study"),
+        backend: Backend::Cpu,
     };
     let trained = |order: &StudyOrder| {
         let trained = RefCell::new(Vec::new());

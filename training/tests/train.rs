@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use classifier::{Model, Provider};
+use training::backend::Backend;
 use training::run::{Order, Results, Stage, run};
 use training::settings::Settings;
 
@@ -27,6 +28,7 @@ fn order(folder: &Path, settings: &Settings) -> Order {
         datasets: Vec::new(),
         output: folder.join("output"),
         model: folder.join("model.onnx"),
+        backend: Backend::Cpu,
         fresh: false,
     }
 }

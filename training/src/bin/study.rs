@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use indicatif::ProgressBar;
+use training::backend::Backend;
 use training::progress;
 use training::report;
 use training::settings::Settings;
@@ -39,6 +40,9 @@ struct Arguments {
     /// Everything random comes from this
     #[arg(long)]
     seed: Option<u64>,
+    /// What runs the network: cpu, or cuda where it was built with that feature
+    #[arg(long, default_value = "cpu")]
+    device: Backend,
     /// Print the results as one JSON object
     #[arg(long)]
     json: bool,
@@ -58,6 +62,7 @@ fn run(arguments: Arguments) -> Result<()> {
         features: arguments.features,
         points: arguments.points,
         output: arguments.output,
+        backend: arguments.device,
     };
     let bar = ProgressBar::new(0);
     let begin = |features, points, trained| {

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
 use indicatif::ProgressBar;
+use training::backend::Backend;
 use training::network::NetworkKind;
 use training::progress;
 use training::report;
@@ -65,6 +66,9 @@ struct Arguments {
     /// Epochs without a better validation loss before training stops
     #[arg(long)]
     patience: Option<usize>,
+    /// What runs the network: cpu, or cuda where it was built with that feature
+    #[arg(long, default_value = "cpu")]
+    device: Backend,
     /// Print the results as one JSON object
     #[arg(long)]
     json: bool,
@@ -118,6 +122,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         datasets: arguments.datasets.clone(),
         output: arguments.output.clone(),
         model: arguments.model(),
+        backend: arguments.device,
         fresh: arguments.fresh,
     };
     let results = run::run(&order, |stage| progress::show(&bar, stage))?;

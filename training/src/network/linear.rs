@@ -46,6 +46,16 @@ impl Linear {
         Ok(Self { name, weight, bias })
     }
 
+    /// The same layer on a device.
+    pub(super) fn on(&self, device: &Device) -> Result<Self> {
+        let var = |var: &Var| Var::from_tensor(&var.as_tensor().to_device(device)?);
+        Ok(Self {
+            name: self.name,
+            weight: var(&self.weight)?,
+            bias: var(&self.bias)?,
+        })
+    }
+
     pub(super) fn forward(&self, x: &Tensor) -> Result<Tensor> {
         product(x, &self.weight)?.broadcast_add(&self.bias)
     }

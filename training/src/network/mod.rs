@@ -4,7 +4,7 @@ mod linear;
 mod paper;
 mod robot;
 
-use candle_core::{D, Result, Tensor, Var};
+use candle_core::{D, Device, Result, Tensor, Var};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +59,25 @@ impl Network {
         Paper::new(architecture, classes, random).map(Self::Paper)
     }
 
+    /// The same network on a device.
+    ///
+    /// # Errors
+    /// Candle fails.
+    pub fn on(&self, device: &Device) -> Result<Self> {
+        match self {
+            Self::Robot(network) => network.on(device).map(Self::Robot),
+            Self::Paper(network) => network.on(device).map(Self::Paper),
+        }
+    }
+
+    /// Where it is.
+    pub fn device(&self) -> Device {
+        let variables = self.variables();
+        variables
+            .first()
+            .map_or(Device::Cpu, |v| v.device().clone())
+    }
+
     /// Logits [B, C] of clouds [B, N, 3], or [B, N, 6] with normals. The log of the sum of their exponentials, the negative
     /// energy of Liu et al. 2020, says how much a cloud is like the classes.
     ///
@@ -101,9 +120,14 @@ impl Network {
         }
     }
 
-    /// Clouds that are best worked on at once, of `point_count` points each: their tensors stay in a core's cache.
+    /// Clouds that are best worked on at once, of `point_count` points each: their tensors stay in a core's cache. A GPU
+    /// wants many.
     pub fn part_size(&self, point_count: usize) -> usize {
         const LARGEST_TENSOR: usize = 60_000;
+        const ON_GPU: usize = 1024;
+        if !self.device().is_cpu() {
+            return ON_GPU;
+        }
         let width = match self {
             Self::Robot(Robot { architecture, .. }) => {
                 architecture.features.max(architecture.transformer_features)
@@ -150,6 +174,6 @@ impl Network {
     pub fn restore(&self, snapshot: &[Tensor]) -> Result<()> {
         let variables = self.variables();
         let mut pairs = variables.iter().zip(snapshot);
-        pairs.try_for_each(|(variable, values)| variable.set(values))
+        pairs.try_for_each(|(variable, values)| variable.set(&values.to_device(variable.device())?))
     }
 }

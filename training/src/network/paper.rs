@@ -4,7 +4,7 @@
 //! The features are pooled over the points (the largest of each) before the dense layer: the order of the points then
 //! does not matter, and the number of weights does not depend on N (Fig. 8b).
 
-use candle_core::{Result, Tensor};
+use candle_core::{Device, Result, Tensor};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
@@ -95,6 +95,18 @@ impl Paper {
         };
         let summary = pooled_features(&self.points, &placed)?;
         self.head.forward(&summary)
+    }
+
+    pub(super) fn on(&self, device: &Device) -> Result<Self> {
+        let pair =
+            |[a, b]: &[Linear; 2]| -> Result<[Linear; 2]> { Ok([a.on(device)?, b.on(device)?]) };
+        Ok(Self {
+            transform_points: pair(&self.transform_points)?,
+            transform_head: self.transform_head.on(device)?,
+            points: pair(&self.points)?,
+            head: self.head.on(device)?,
+            ..*self
+        })
     }
 
     pub(super) fn layers(&self) -> impl Iterator<Item = &Linear> {

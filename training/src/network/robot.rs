@@ -5,7 +5,7 @@
 //! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB; and the
 //! second pair of layers sees products of the coordinates beside them.
 
-use candle_core::{Result, Tensor};
+use candle_core::{Device, Result, Tensor};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
@@ -115,6 +115,19 @@ impl Robot {
         let placed = turned(clouds, &turn)?.broadcast_add(&shift)?;
         let summary = pooled_features(&self.points, &with_products(&placed)?)?;
         self.head[1].forward(&self.head[0].forward_relu(&summary)?)
+    }
+
+    pub(super) fn on(&self, device: &Device) -> Result<Self> {
+        let pair =
+            |[a, b]: &[Linear; 2]| -> Result<[Linear; 2]> { Ok([a.on(device)?, b.on(device)?]) };
+        Ok(Self {
+            transform_points: pair(&self.transform_points)?,
+            transform_head: pair(&self.transform_head)?,
+            transform_shift: self.transform_shift.on(device)?,
+            points: pair(&self.points)?,
+            head: pair(&self.head)?,
+            ..*self
+        })
     }
 
     pub(super) fn layers(&self) -> impl Iterator<Item = &Linear> {
