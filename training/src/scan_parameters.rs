@@ -10,12 +10,23 @@ pub struct ScanParameters {
     pub view_count: usize,
     /// Turn of the wrist from view to view.
     pub view_step_rad: f64,
-    /// Share of scans of an object that stands on something instead of being held.
+    /// Share of scans of an object that stands on a box instead of being held.
     pub table_share: f64,
+    /// Smallest and largest turn of the box from view to view.
+    pub table_step_rad: [f64; 2],
+    /// Nearest and farthest distance of the camera from the axis of an object on a box.
+    pub table_distance_m: [f64; 2],
+    /// Lowest and highest elevation of the camera over an object on a box. The axis that a user names as up is the
+    /// camera's own, so that it cannot look down much.
+    pub table_elevation_rad: [f64; 2],
     /// Share of specimens without a dent.
     pub undented_share: f64,
     /// Shallowest and deepest dent.
     pub squeeze_m: [f64; 2],
+    /// Share of the cans and cups with a facet where something flat was pressed against them, beside a gripper's dent.
+    pub flattened_share: f64,
+    /// Shallowest and deepest facet.
+    pub flattening_m: [f64; 2],
     /// Largest lean of the wrist.
     pub wrist_lean_rad: f64,
     /// Largest lean of the object in the fingers.
@@ -39,10 +50,16 @@ impl Default for ScanParameters {
         Self {
             view_count: 4,
             view_step_rad: 0.6,
-            table_share: 0.2,
+            table_share: 0.4,
+            // A few tens of degrees: beyond that, views without kinematics seldom find each other.
+            table_step_rad: [0.1, 0.7],
+            table_distance_m: [0.25, 0.55],
+            table_elevation_rad: [-0.05, 0.15],
             undented_share: 0.2,
             // As the paper dents (Sec. IV-B 7).
             squeeze_m: [0.004, 0.014],
+            flattened_share: 0.3,
+            flattening_m: [0.004, 0.014],
             wrist_lean_rad: 0.10,
             grasp_lean_rad: 0.03,
             grasp_shift_m: 0.002,
@@ -50,11 +67,7 @@ impl Default for ScanParameters {
             distance_m: [0.30, 0.55],
             mount_error_rad: 0.035,
             mount_error_m: 0.010,
-            // Without kinematics a view hardly moves after so many steps, and most of the time would go there.
-            registration: icp_registration::Parameters {
-                identity_max_iterations: 100,
-                ..icp_registration::Parameters::default()
-            },
+            registration: icp_registration::Parameters::default(),
         }
     }
 }

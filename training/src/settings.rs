@@ -46,7 +46,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
-            specimens_per_class: 500,
+            specimens_per_class: 700,
             strangers: 750,
             validation_specimens_per_class: 60,
             point_count: 128,
@@ -141,6 +141,7 @@ impl Settings {
         in_range("view_count", self.scans.view_count, 1..=100, "")?;
         in_range("table_share", self.scans.table_share, 0.0..=1.0, "")?;
         in_range("undented_share", self.scans.undented_share, 0.0..=1.0, "")?;
+        in_range("flattened_share", self.scans.flattened_share, 0.0..=1.0, "")?;
         self.check_meshes()
     }
 

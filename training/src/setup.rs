@@ -60,13 +60,14 @@ impl Setup {
             box_cut_away(&camera_from_stand, height_m, random)
         };
         let lean_rad = if held { parameters.wrist_lean_rad } else { 0.0 };
+        let step_rad = if held {
+            parameters.view_step_rad
+        } else {
+            between(parameters.table_step_rad, random)
+        };
         let start_rad = random.random_range(0.0..TAU);
         let wrist_angles_rad = (0..parameters.view_count)
-            .map(|view| {
-                start_rad
-                    + parameters.view_step_rad * view as f64
-                    + random.random_range(-0.02..=0.02)
-            })
+            .map(|view| start_rad + step_rad * view as f64 + random.random_range(-0.02..=0.02))
             .collect();
         Self {
             scene,
@@ -152,14 +153,13 @@ fn camera_pose(
     parameters: &ScanParameters,
     random: &mut Pcg64Mcg,
 ) -> Isometry3<f64> {
-    // The axis that a user names as up is the camera's own, so that it cannot look down much.
-    let [lowest_rad, highest_rad] = if held {
-        parameters.elevation_rad
+    let (elevation_rad, distance_m) = if held {
+        (parameters.elevation_rad, parameters.distance_m)
     } else {
-        [-0.05, 0.15]
+        (parameters.table_elevation_rad, parameters.table_distance_m)
     };
-    let elevation_rad: f64 = random.random_range(lowest_rad..=highest_rad);
-    let distance_m = random.random_range(parameters.distance_m[0]..=parameters.distance_m[1]);
+    let elevation_rad = between(elevation_rad, random);
+    let distance_m = between(distance_m, random);
     let middle = Vector3::new(0.0, 0.0, f64::from(OBJECT_BOTTOM_Z_M) + 0.5 * height_m);
     let forward = Vector3::new(elevation_rad.cos(), 0.0, -elevation_rad.sin());
     let right = forward.cross(&Vector3::z()).normalize();
@@ -174,6 +174,10 @@ fn camera_pose(
         random.random_range(-0.03..0.03),
     );
     (stand_from_camera * UnitQuaternion::from_scaled_axis(aim)).inverse()
+}
+
+fn between([lowest, highest]: [f64; 2], random: &mut Pcg64Mcg) -> f64 {
+    random.random_range(lowest..=highest)
 }
 
 /// A turn away from upright by up to an angle.

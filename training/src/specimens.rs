@@ -3,6 +3,7 @@
 use anyhow::{Context, Result};
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
+use sim_deform::Flattening;
 use sim_objects::{Mesh, ObjectClass, Stranger, Variation, random_solid};
 
 use crate::mesh_dataset::MeshFile;
@@ -102,12 +103,14 @@ impl Specimens {
                 } else {
                     0.0
                 };
-                Ok(sim_deform::specimen(
-                    *class,
-                    &variation,
-                    squeeze_m,
-                    random.random(),
-                )?)
+                let mut mesh =
+                    sim_deform::specimen(*class, &variation, squeeze_m, random.random())?;
+                if class.is_hollow() && random.random_bool(parameters.flattened_share) {
+                    let [shallow_m, deep_m] = parameters.flattening_m;
+                    let depth_m = random.random_range(shallow_m..=deep_m) as f32;
+                    Flattening::random(depth_m, mesh.bounds().1.z, random).apply(&mut mesh);
+                }
+                Ok(mesh)
             }
             Self::Meshes(meshes) => {
                 let mesh = meshes.choose(random).context("there are no meshes")?;

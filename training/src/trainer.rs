@@ -39,7 +39,7 @@ pub struct TrainingParameters {
 impl Default for TrainingParameters {
     fn default() -> Self {
         Self {
-            epochs: 40,
+            epochs: 32,
             batch_size: 64,
             learning_rate: 3e-3,
             weight_decay: 1e-4,

@@ -2,6 +2,7 @@
 
 pub mod arap;
 pub mod denter;
+mod flatten;
 pub mod grasp;
 pub mod intersect;
 pub mod loss;
@@ -10,6 +11,7 @@ mod settings;
 mod specimen;
 
 pub use denter::{Dent, DentError, Denter};
+pub use flatten::Flattening;
 pub use one_ring::MeshFault;
 pub use settings::Settings;
 pub use specimen::{SQUEEZE_MAX_M, SqueezeError, specimen, squeeze};

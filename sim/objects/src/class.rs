@@ -55,6 +55,14 @@ impl ObjectClass {
         }
     }
 
+    /// Whether it is a thin wall round nothing, which stays bent; a ball springs back.
+    pub fn is_hollow(self) -> bool {
+        !matches!(
+            self,
+            ObjectClass::TinyBall | ObjectClass::SmallBall | ObjectClass::MediumBall
+        )
+    }
+
     /// The undented object in the object frame.
     pub fn mesh(self, variation: &Variation) -> Mesh {
         let mut mesh = profile::revolve(&profile::of(self), profile::SEGMENTS);

@@ -1,0 +1,138 @@
+//! What a flat thing leaves on a thin wall that it was pressed against: a facet as broad as the object, unlike the
+//! dents of fingers.
+
+use std::f32::consts::FRAC_PI_2;
+
+use nalgebra::Point3;
+use rand::{Rng, RngExt};
+use sim_objects::Mesh;
+
+/// One facet on the side of an object that stands about the z axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flattening {
+    /// Direction from the axis to the facet's middle, about z from x.
+    pub towards_rad: f32,
+    /// How far its middle lies inside of where the widest part of the object was, m.
+    pub depth_m: f32,
+    /// Height of its middle, m.
+    pub middle_m: f32,
+    /// From its middle up or down to where nothing is pressed any more, m.
+    pub reach_m: f32,
+}
+
+/// What is left of a height above the facet's plane: a wall springs back a little.
+const LEFT: f32 = 0.08;
+/// How much of what the chord is shorter than its arc goes into width: the side away from the facet becomes wider, too.
+const YIELD: f32 = 0.6;
+
+impl Flattening {
+    /// Any facet of a depth on an object of a height, m, whose ends stay as they are.
+    pub fn random(depth_m: f32, height_m: f32, random: &mut impl Rng) -> Self {
+        let middle_m = height_m * random.random_range(0.3..0.7);
+        Self {
+            towards_rad: random.random_range(0.0..std::f32::consts::TAU),
+            depth_m,
+            middle_m,
+            reach_m: middle_m.min(height_m - middle_m) * random.random_range(0.6..1.0),
+        }
+    }
+
+    /// Presses the facet in. What is above its plane comes down to it, and the wall yields sideways, since it bends but
+    /// does not shrink: the girth of a round object stays nearly what it was. Inner and outer face of a wall come near
+    /// to each other; where they are less than a millimetre apart, as in a cup, their triangles may cross, by less than
+    /// a camera sees.
+    pub fn apply(&self, mesh: &mut Mesh) {
+        let (sin, cos) = self.towards_rad.sin_cos();
+        let out = |v: &Point3<f32>| cos * v.x + sin * v.y;
+        let widest_m = mesh.vertices.iter().map(out).fold(0.0, f32::max);
+        for vertex in &mut mesh.vertices {
+            let plane_m = widest_m - self.depth_at(vertex.z);
+            let radius_m = vertex.x.hypot(vertex.y);
+            if plane_m <= 0.0 || radius_m <= plane_m {
+                continue;
+            }
+            let (mut out_m, mut side_m) = (out(vertex), cos * vertex.y - sin * vertex.x);
+            // The arc that the plane cuts off is longer than its chord.
+            let arc_m = radius_m * (plane_m / radius_m).acos();
+            let chord_m = (radius_m * radius_m - plane_m * plane_m).sqrt();
+            side_m *= 1.0 + YIELD * (arc_m - chord_m) / radius_m;
+            if out_m > plane_m {
+                out_m = plane_m + LEFT * (out_m - plane_m);
+            }
+            (vertex.x, vertex.y) = (cos * out_m - sin * side_m, sin * out_m + cos * side_m);
+        }
+    }
+
+    /// The whole depth in the middle, nothing at both ends, smooth between.
+    fn depth_at(&self, height_m: f32) -> f32 {
+        let share = ((height_m - self.middle_m) / self.reach_m).clamp(-1.0, 1.0);
+        self.depth_m * (FRAC_PI_2 * share).cos().powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+    use sim_objects::{ObjectClass, Variation};
+
+    use super::*;
+    use crate::intersect::SelfIntersections;
+
+    #[test]
+    fn a_can_gets_a_facet_and_keeps_its_girth() {
+        let flattening = Flattening {
+            towards_rad: 0.0,
+            depth_m: 0.011,
+            middle_m: 0.06,
+            reach_m: 0.05,
+        };
+        let mut mesh = Mesh::cylinder(0.033, 0.0, 0.12, 256);
+        mesh = mesh.subdivided();
+        // A ring of the wall at the facet's middle.
+        let ring: Vec<usize> = (0..mesh.vertices.len())
+            .filter(|&i| (mesh.vertices[i].z - 0.06).abs() < 1e-6)
+            .collect();
+        flattening.apply(&mut mesh);
+        let points = ring.iter().map(|&i| mesh.vertices[i]);
+        let (mut around, mut widest_m, mut farthest_m) = (Vec::new(), 0.0f32, 0.0f32);
+        for point in points {
+            around.push(point);
+            widest_m = widest_m.max(2.0 * point.y.abs());
+            farthest_m = farthest_m.max(point.x);
+        }
+        around.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
+        let next = around.iter().skip(1).chain(around.first());
+        let girth_m: f32 = around.iter().zip(next).map(|(a, b)| (a - b).norm()).sum();
+        let before_m = std::f32::consts::TAU * 0.033;
+        assert!(
+            (girth_m / before_m - 1.0).abs() < 0.005,
+            "{girth_m} m of {before_m} m"
+        );
+        assert!((0.022..0.0235).contains(&farthest_m), "{farthest_m} m");
+        assert!((0.068..0.072).contains(&widest_m), "{widest_m} m");
+        assert!(mesh.vertices.iter().any(|v| v.x > 0.0329), "the ends stay");
+    }
+
+    #[test]
+    fn cans_do_not_pass_through_themselves_and_their_ends_stay() {
+        for seed in 0..20 {
+            println!("seed {seed}");
+            let mut random = Pcg64Mcg::seed_from_u64(seed);
+            for class in [ObjectClass::MediumCan, ObjectClass::FoodCan] {
+                let whole = class.mesh(&Variation::NONE);
+                let height_m = whole.bounds().1.z;
+                let mut mesh = whole.clone();
+                let depth_m = random.random_range(0.004..0.014);
+                Flattening::random(depth_m, height_m, &mut random).apply(&mut mesh);
+                assert_ne!(mesh, whole);
+                let pairs = mesh.vertices.iter().zip(&whole.vertices);
+                let mut ends = pairs.filter(|(_, v)| v.z < 0.001 || v.z > height_m - 0.001);
+                assert!(ends.all(|(now, before)| now == before), "{class}");
+                let vertices_m: Vec<_> = mesh.vertices.iter().map(|v| v.cast()).collect();
+                let added = SelfIntersections::of(&whole).new_pairs(&vertices_m);
+                assert_eq!(added, Vec::<[u32; 2]>::new(), "{class}");
+            }
+        }
+    }
+}
