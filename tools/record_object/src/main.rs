@@ -67,8 +67,14 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
     let mut grasps = vec![first];
     let mut regrasp = None;
     if arguments.grasps == 2 {
-        prompt::until_enter(&node).await?;
-        let second = look(&mut client, &recording, arguments.views).await?;
+        let second = loop {
+            prompt::until_enter(&node).await?;
+            match look(&mut client, &recording, arguments.views).await {
+                Ok(second) => break second,
+                // What was recorded already is not lost.
+                Err(error) => eprintln!("{error:#}\nthe first grasp is kept; once more:"),
+            }
+        };
         eprintln!("second grasp: {second}");
         let found = icp_registration::regrasp(&points, &second.points, &hidden())?;
         eprintln!("{}", agreement(&found));
