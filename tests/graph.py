@@ -3,6 +3,7 @@
 import os
 import queue
 import signal
+import subprocess
 import threading
 
 from processes import MARK, Program, free_port, kill_marked, marked_processes, wait_until
@@ -45,10 +46,10 @@ class Core:
         if not self.roscore.running():
             raise RuntimeError(f'roscore ended:\n{self.roscore.printed()}')
 
-    def run(self, *command, **variables):
+    def run(self, *command, stdin=subprocess.DEVNULL, **variables):
         """Starts a program on this master; `variables` are added to its environment."""
         log = self.folder / f'{len(self.programs)}-{os.path.basename(str(command[0]))}.log'
-        program = Program(command, {**self.environment, **variables}, log)
+        program = Program(command, {**self.environment, **variables}, log, stdin)
         self.programs.append(program)
         return program
 

@@ -30,13 +30,13 @@ def wait_until(condition, timeout_s, what, period_s=0.05):
 
 
 class Program:
-    """One running program; what it prints goes to `log`."""
+    """One running program; what it prints goes to `log`. It can be typed to where `stdin` is a pipe."""
 
-    def __init__(self, command, environment, log):
+    def __init__(self, command, environment, log, stdin=subprocess.DEVNULL):
         self.command = [str(word) for word in command]
         self.log = log
         with open(log, 'wb') as output:
-            self.process = subprocess.Popen(self.command, env=environment, stdin=subprocess.DEVNULL, stdout=output,
+            self.process = subprocess.Popen(self.command, env=environment, stdin=stdin, stdout=output,
                                             stderr=subprocess.STDOUT, start_new_session=True)
 
     def running(self):
@@ -44,6 +44,11 @@ class Program:
 
     def printed(self):
         return self.log.read_text(errors='replace')
+
+    def type(self, text):
+        """Types to it."""
+        self.process.stdin.write(text.encode())
+        self.process.stdin.flush()
 
     def wait(self, timeout_s):
         """Waits for its end; returns its exit code."""

@@ -42,10 +42,14 @@ impl MeshDataset {
     pub fn open(folders: &[PathBuf]) -> Result<Self> {
         let mut texts = Vec::new();
         let mut rows: Vec<(usize, Made)> = Vec::new();
+        let mut known = HashMap::new();
         for (index, folder) in folders.iter().enumerate() {
             let text = manifest(folder)?;
             let made = meshes(folder, &text)?;
             refuse_foreign(folder, &made)?;
+            refuse_known(folder, &made, &known)?;
+            let objects = made.iter().map(|(_, row)| row.object.clone());
+            known.extend(objects.map(|object| (object, folder.as_path())));
             rows.extend(made.into_iter().map(|made| (index, made)));
             texts.extend(text);
         }
@@ -150,6 +154,21 @@ fn refuse_foreign(folder: &Path, made: &[Made]) -> Result<()> {
             bail!(
                 "{} is not in manifest.csv; move it away, or make a dataset of it with generate_dataset",
                 foreign.display()
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Two objects of one name would become one label.
+fn refuse_known(folder: &Path, made: &[Made], known: &HashMap<String, &Path>) -> Result<()> {
+    for (_, row) in made {
+        if let Some(other) = known.get(&row.object) {
+            bail!(
+                "{} and {} both hold {}; give one of the objects another name, or make one dataset if it is the same",
+                other.display(),
+                folder.display(),
+                row.object
             );
         }
     }

@@ -116,7 +116,7 @@ pub enum Stage {
 pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     let settings = &order.settings;
     settings.validate()?;
-    let source = Source::open(settings.network, &order.datasets)?;
+    let source = Source::open(settings, &order.datasets)?;
     let run_id = run_id(settings, &source)?;
     let folder = order.output.join(&run_id);
     let mut metadata = preprocessing(settings.point_count, settings.centring()?);

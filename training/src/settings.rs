@@ -40,6 +40,9 @@ pub struct Settings {
     pub scans: ScanParameters,
     /// How the meshes of a dataset become clouds.
     pub meshes: MeshSampling,
+    /// Whether the robot's network learns the objects of the datasets alone, without the eight.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub only_datasets: bool,
 }
 
 impl Default for Settings {
@@ -58,6 +61,7 @@ impl Default for Settings {
             training: TrainingParameters::default(),
             scans: ScanParameters::default(),
             meshes: MeshSampling::default(),
+            only_datasets: false,
         }
     }
 }

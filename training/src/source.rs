@@ -25,6 +25,8 @@ pub enum Source {
     /// Simulated scans of the eight objects, and of these meshes, which stand in for those of the eight that have their
     /// name.
     Scans(MeshDataset),
+    /// Simulated scans of these meshes.
+    ScansOf(MeshDataset),
     /// Meshes, seen from all sides.
     Meshes(MeshDataset),
 }
@@ -44,18 +46,20 @@ impl Source {
     /// What this network learns from.
     ///
     /// # Errors
-    /// A folder is no whole dataset, or the paper's network gets less than two objects.
-    pub fn open(network: NetworkKind, datasets: &[PathBuf]) -> Result<Self> {
+    /// A folder is no whole dataset, or there are less than two objects.
+    pub fn open(settings: &Settings, datasets: &[PathBuf]) -> Result<Self> {
         let dataset = MeshDataset::open(datasets)?;
-        match (network, dataset.labels.as_slice()) {
-            (NetworkKind::Robot, _) => Ok(Self::Scans(dataset)),
-            (NetworkKind::Paper, []) => {
-                bail!("the paper's network learns from meshes; give --dataset")
+        let network = settings.network;
+        match dataset.labels.as_slice() {
+            _ if network == NetworkKind::Robot && !settings.only_datasets => {
+                Ok(Self::Scans(dataset))
             }
-            (NetworkKind::Paper, [only]) => bail!(
+            [] => bail!("there are no meshes to learn from; give --dataset"),
+            [only] => bail!(
                 "the dataset holds {only} alone; there is nothing to tell apart: add objects, or another --dataset"
             ),
-            (NetworkKind::Paper, _) => Ok(Self::Meshes(dataset)),
+            _ if network == NetworkKind::Robot => Ok(Self::ScansOf(dataset)),
+            _ => Ok(Self::Meshes(dataset)),
         }
     }
 
@@ -66,7 +70,7 @@ impl Source {
                 let own = ObjectClass::ALL.iter().map(|class| class.name());
                 sorted_labels(own.chain(dataset.labels.iter().map(String::as_str)))
             }
-            Self::Meshes(dataset) => dataset.labels.clone(),
+            Self::ScansOf(dataset) | Self::Meshes(dataset) => dataset.labels.clone(),
         }
     }
 
@@ -75,7 +79,7 @@ impl Source {
     /// # Errors
     /// The settings have no text.
     pub fn fingerprint(&self, settings: &Settings) -> Result<String> {
-        let (Self::Scans(dataset) | Self::Meshes(dataset)) = self;
+        let (Self::Scans(dataset) | Self::ScansOf(dataset) | Self::Meshes(dataset)) = self;
         fingerprint(&(settings, &dataset.digest))
     }
 
@@ -92,7 +96,9 @@ impl Source {
         show: &(impl Fn(Stage) + Sync),
     ) -> Result<Data> {
         match self {
-            Self::Scans(dataset) => scanned(dataset, settings, metadata, output, fresh, show),
+            Self::Scans(dataset) | Self::ScansOf(dataset) => {
+                scanned(dataset, settings, metadata, output, fresh, show)
+            }
             Self::Meshes(dataset) => sampled(dataset, settings, metadata, output, fresh, show),
         }
     }
@@ -121,7 +127,11 @@ fn scanned(
         &settings.centring,
         &settings.scans,
     );
-    let path = clouds_file(output, &fingerprint(&determining)?);
+    let mut name = fingerprint(&determining)?;
+    if settings.only_datasets {
+        name += "-only";
+    }
+    let path = clouds_file(output, &name);
     let (train, validation) = if path.is_file() && !fresh {
         read_npz(&path)?
     } else {

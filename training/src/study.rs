@@ -87,7 +87,7 @@ pub fn study(
         !order.datasets.is_empty() && !order.features.is_empty() && !order.points.is_empty(),
         "a study needs a dataset, numbers of features and numbers of points"
     );
-    let source = Source::open(order.settings.network, &order.datasets)?;
+    let source = Source::open(&order.settings, &order.datasets)?;
     let mut cells = Vec::new();
     for &features in &order.features {
         for &points in &order.points {

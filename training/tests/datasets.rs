@@ -95,6 +95,27 @@ fn the_papers_network_learns_to_tell_two_objects_apart_with_and_without_normals(
 }
 
 #[test]
+fn objects_are_learned_without_the_eight_and_apart_from_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut order = order(folder.path(), &[dataset()]);
+    order.settings = Settings {
+        specimens_per_class: 2,
+        strangers: 1,
+        validation_specimens_per_class: 1,
+        point_count: 32,
+        only_datasets: true,
+        ..Settings::default()
+    };
+    order.settings.training.epochs = 1;
+    order.settings.scans.view_count = 1;
+    let alone = run(&order, |_| ()).unwrap();
+    assert_eq!(alone.confusion.labels, ["large-cup", "medium-ball"]);
+    // The clouds of one are not those of the other, whose settings are the same but for this.
+    order.settings.only_datasets = false;
+    assert_eq!(run(&order, |_| ()).unwrap().confusion.labels.len(), 8);
+}
+
+#[test]
 fn an_own_object_is_learned_beside_the_eight() {
     let folder = tempfile::tempdir().unwrap();
     let scan = folder.path().join("bottle.ply");
@@ -118,6 +139,20 @@ fn an_own_object_is_learned_beside_the_eight() {
         settings,
         ..order(folder.path(), &[&dataset])
     };
+    let refusal = |datasets: Vec<PathBuf>, only_datasets| {
+        let mut order = Order {
+            datasets,
+            ..order.clone()
+        };
+        order.settings.only_datasets = only_datasets;
+        describe(&run(&order, |_| ()).unwrap_err())
+    };
+    let message = refusal(vec![dataset.clone()], true);
+    assert!(message.contains("holds bottle alone"), "{message}");
+    let message = refusal(Vec::new(), true);
+    assert!(message.contains("give --dataset"), "{message}");
+    let message = refusal(vec![dataset.clone(), dataset.clone()], false);
+    assert!(message.contains("both hold bottle"), "{message}");
     let results = run(&order, |_| ()).unwrap();
     let model = Model::load(&order.model, Provider::Cpu, "CPU").unwrap();
     let labels = &model.metadata().labels;

@@ -20,12 +20,14 @@ mod observability;
 mod parameters;
 mod point_to_point;
 mod registrar;
+mod regrasp;
 mod rows;
 
 pub use error::{RegisterError, RegistrationError};
 pub use evidence::{StopReason, ViewEvidence};
 pub use parameters::{InitialGuess, Metric, Parameters};
 pub use registrar::{Registrar, register};
+pub use regrasp::{Hidden, Regrasp, RegraspError, regrasp};
 
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use sim_deform::SqueezeError;
 use sim_objects::file::{self, FileError};
 use sim_objects::{Mesh, ObjectClass, UnknownObject, Variation};
@@ -81,6 +82,31 @@ impl Held {
     }
 }
 
+/// How an object stands between the fingers.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Grip {
+    /// Whether its upper end is held.
+    pub upside_down: bool,
+    /// How far it is turned about its own axis, rad.
+    pub turn_rad: f64,
+}
+
+impl Grip {
+    /// An object (in its own frame: bottom centre, +z up) as it is held, in the frame of one that is held upright.
+    pub fn place(&self, object: &Mesh) -> Mesh {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.turn_rad);
+        let turned = Isometry3::from_parts(Default::default(), turn.cast());
+        if !self.upside_down {
+            return object.transformed(&turned);
+        }
+        let over = Isometry3::rotation(Vector3::x() * std::f32::consts::PI);
+        let height_m = object.bounds().1.z;
+        let mut held = object.transformed(&(turned * over));
+        held.vertices.iter_mut().for_each(|v| v.z += height_m);
+        held
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -110,6 +136,29 @@ mod tests {
             .unwrap()
             .unwrap();
         assert!(dented.volume_m3() < read.volume_m3());
+    }
+
+    #[test]
+    fn an_object_upside_down_stands_on_its_other_end_and_turns_about_its_axis() {
+        let cup = ObjectClass::LargeCup.mesh(&Variation::NONE);
+        let held = Grip {
+            upside_down: true,
+            turn_rad: 0.5,
+        }
+        .place(&cup);
+        let height_m = cup.bounds().1.z;
+        for (held, own) in held.vertices.iter().zip(&cup.vertices) {
+            assert!((held.z - (height_m - own.z)).abs() < 1e-6);
+            assert!((held.x.hypot(held.y) - own.x.hypot(own.y)).abs() < 1e-6);
+        }
+        assert!((held.volume_m3() - cup.volume_m3()).abs() < 1e-9);
+        let turned = Grip {
+            turn_rad: 0.5,
+            ..Grip::default()
+        };
+        let angle = |v: &nalgebra::Point3<f32>| v.y.atan2(v.x);
+        let (first, own) = (turned.place(&cup).vertices[64], cup.vertices[64]);
+        assert!((angle(&first) - angle(&own) - 0.5).abs() < 1e-4);
     }
 
     #[test]

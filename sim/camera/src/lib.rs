@@ -20,7 +20,7 @@ mod reflex;
 mod scene;
 mod stereo;
 
-pub use held::{Held, HeldError};
+pub use held::{Grip, Held, HeldError};
 pub use image::{DepthImage, InverseDepth};
 pub use intrinsics::{D435I, Intrinsics, deproject, project};
 pub use mount::Mount;

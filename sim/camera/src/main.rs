@@ -23,7 +23,7 @@ use msg::sensor_msgs::{CameraInfo, Image};
 use msg::std_msgs::Float64;
 use node::transforms::TransformError;
 use node::{Expect, Latch, Level, Node, Publisher, Server, Subscriber};
-use sim_camera::{Held, Parameters, Playback};
+use sim_camera::{Grip, Held, Parameters, Playback};
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::time::{MissedTickBehavior, interval};
 use world::World;
@@ -85,8 +85,8 @@ fn set_up(
     }
     let (kind, side) = (parameters.hand, parameters.side);
     let (squeeze_m, seed) = (parameters.squeeze_m, parameters.seed.into());
-    let world = World::new(kind, &parameters.held(), squeeze_m, seed)?;
-    let world = Arc::new(Mutex::new(world));
+    let object = parameters.held().mesh(squeeze_m, seed)?;
+    let world = Arc::new(Mutex::new(World::new(kind, object)));
     let service = offer_hold_object(node, &world, kind, side)?;
     let fingers = match kind {
         HandKind::Electric => follow_electric(node, &world, side, parameters.gap)?,
@@ -164,7 +164,17 @@ fn offer_hold_object(
 
 fn held(kind: HandKind, request: &HoldObjectReq) -> anyhow::Result<World> {
     let Ok(held) = request.object.parse::<Held>();
-    Ok(World::new(kind, &held, request.squeeze, request.seed)?)
+    anyhow::ensure!(
+        request.turn.is_finite(),
+        "turn is {}; expected an angle in rad",
+        request.turn
+    );
+    let grip = Grip {
+        upside_down: request.upside_down,
+        turn_rad: request.turn,
+    };
+    let object = held.mesh(request.squeeze, request.seed)?;
+    Ok(World::new(kind, object.map(|object| grip.place(&object))))
 }
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {

@@ -1,7 +1,7 @@
 //! What is before the camera: the hand as it is now.
 
 use gripper::HandKind;
-use sim_camera::{Held, HeldError, Scene};
+use sim_camera::Scene;
 use sim_objects::Mesh;
 
 /// A change of the fingers' distance below this is not worth drawing anew, m.
@@ -17,15 +17,14 @@ pub struct World {
 }
 
 impl World {
-    /// With an object in a hand of this kind, or none; the fingers touch it.
-    pub fn new(kind: HandKind, held: &Held, squeeze_m: f64, seed: u64) -> Result<Self, HeldError> {
-        let object = held.mesh(squeeze_m, seed)?;
-        Ok(Self {
+    /// With an object, as it is held, in a hand of this kind, or none; the fingers touch it.
+    pub fn new(kind: HandKind, object: Option<Mesh>) -> Self {
+        Self {
             scene: Scene::with_fingers(kind, object.as_ref(), None),
             kind,
             object,
             width_m: None,
-        })
+        }
     }
 
     /// Another object; the fingers stay where they were.

@@ -1,5 +1,6 @@
 //! The client's side of the action `scan_object`.
 
+use crate::bar::Bar;
 use anyhow::{Result, bail, ensure};
 use msg::actionlib_msgs::{GoalID, GoalStatus, GoalStatusArray};
 use msg::deformable_cobot::{
@@ -20,14 +21,16 @@ const SILENCE_PERIOD: Duration = Duration::from_millis(500);
 const CANCEL_PATIENCE: Duration = Duration::from_secs(20);
 
 enum Event {
-    Feedback(ScanObjectFeedback),
+    Feedback(Box<ScanObjectActionFeedback>),
     Result(Box<ScanObjectActionResult>),
 }
 
-/// A connection to the server, good for one goal.
+/// A connection to the server, for one goal after the other.
 pub struct Client {
-    id: String,
-    stamp: msg::Time,
+    node: Node,
+    /// Of the newest goal; the others begin with the node's name, too, which is its own.
+    id: GoalID,
+    goal_count: usize,
     goal: Publisher<ScanObjectActionGoal>,
     cancel: Publisher<GoalID>,
     status: Subscriber,
@@ -38,29 +41,24 @@ pub struct Client {
 impl Client {
     /// Connects to the server, so that nothing of what it says later is lost.
     pub async fn connect(node: &Node) -> Result<Self> {
-        let (id, stamp) = (format!("{}-1", node.name()), node.clock().now());
         let (sender, events) = mpsc::unbounded_channel();
         let feedback = node.subscribe("scan_object/feedback", Expect::COMMANDS, {
-            let (sender, id) = (sender.clone(), id.clone());
+            let sender = sender.clone();
             move |message: ScanObjectActionFeedback| {
-                if message.status.goal_id.id == id {
-                    let _ = sender.send(Event::Feedback(message.feedback));
-                }
+                let _ = sender.send(Event::Feedback(Box::new(message)));
             }
         })?;
         let result = node.subscribe("scan_object/result", Expect::COMMANDS, {
-            let id = id.clone();
             move |message: ScanObjectActionResult| {
-                if message.status.goal_id.id == id {
-                    let _ = sender.send(Event::Result(Box::new(message)));
-                }
+                let _ = sender.send(Event::Result(Box::new(message)));
             }
         })?;
         let status =
             node.subscribe("scan_object/status", Expect::STATE, |_: GoalStatusArray| {})?;
         let client = Self {
-            id,
-            stamp,
+            node: node.clone(),
+            id: GoalID::default(),
+            goal_count: 0,
             goal: node.publish("scan_object/goal", 1, Latch::No)?,
             cancel: node.publish("scan_object/cancel", 1, Latch::No)?,
             status,
@@ -86,31 +84,54 @@ impl Client {
         }
     }
 
-    /// Asks for a scan of so many views; 0: as configured.
-    pub fn send(&self, views: u32) {
+    /// Scans with so many views (0: as configured), shown on the bar. Where the program is asked to end, it asks the
+    /// server to end the scan, and returns when the arm is still.
+    pub async fn scan(&mut self, views: u32, bar: &Bar) -> Result<Classification> {
+        self.send(views);
+        let node = self.node.clone();
+        tokio::select! {
+            end = self.follow(|report| bar.show(report)) => end,
+            () = node.until_shutdown() => {
+                bar.say("stopping the arm");
+                self.cancel();
+                self.end_of_cancelled().await
+            }
+        }
+    }
+
+    fn send(&mut self, views: u32) {
+        self.goal_count += 1;
+        self.id = GoalID {
+            stamp: self.node.clock().now(),
+            id: format!("{}-{}", self.node.name(), self.goal_count),
+        };
         let mut message = ScanObjectActionGoal {
-            goal_id: self.goal_id(),
+            goal_id: self.id.clone(),
             goal: ScanObjectGoal { views },
             ..Default::default()
         };
-        message.header.stamp = self.stamp;
+        message.header.stamp = self.id.stamp;
         self.goal.send(message);
     }
 
-    /// Asks the server to end the scan.
-    pub fn cancel(&self) {
+    fn cancel(&self) {
         self.cancel.send(GoalID {
             stamp: msg::Time::default(),
-            id: self.id.clone(),
+            id: self.id.id.clone(),
         });
     }
 
     /// The answer; an error where the goal ended without. Calls `show` with each report until then.
-    pub async fn follow(&mut self, show: impl Fn(&ScanObjectFeedback)) -> Result<Classification> {
+    async fn follow(&mut self, show: impl Fn(&ScanObjectFeedback)) -> Result<Classification> {
         loop {
             match tokio::time::timeout(SILENCE_PERIOD, self.events.recv()).await {
-                Ok(Some(Event::Feedback(report))) => show(&report),
-                Ok(Some(Event::Result(message))) => return answer(*message),
+                Ok(Some(Event::Feedback(message))) if self.is_mine(&message.status) => {
+                    show(&message.feedback);
+                }
+                Ok(Some(Event::Result(message))) if self.is_mine(&message.status) => {
+                    return answer(*message);
+                }
+                Ok(Some(_)) => self.check_server()?,
                 Ok(None) => bail!("the links are closed"),
                 Err(_) => self.check_server()?,
             }
@@ -118,7 +139,7 @@ impl Client {
     }
 
     /// Waits for the end of a goal that was cancelled; it may have had its answer before.
-    pub async fn end_of_cancelled(&mut self) -> Result<Classification> {
+    async fn end_of_cancelled(&mut self) -> Result<Classification> {
         match tokio::time::timeout(CANCEL_PATIENCE, self.follow(|_| {})).await {
             Ok(end) => end,
             Err(_) => bail!(
@@ -136,11 +157,8 @@ impl Client {
         Ok(())
     }
 
-    fn goal_id(&self) -> GoalID {
-        GoalID {
-            stamp: self.stamp,
-            id: self.id.clone(),
-        }
+    fn is_mine(&self, status: &GoalStatus) -> bool {
+        status.goal_id.id == self.id.id
     }
 }
 

@@ -10,6 +10,8 @@ use tokio::sync::Notify;
 
 /// How long a stage may take to be found.
 const STAGE_PATIENCE: Duration = Duration::from_secs(10);
+/// How long the clouds of a scan may take to come after its answer: they are said again each second.
+const CLOUDS_PATIENCE: Duration = Duration::from_secs(5);
 
 /// Everything of one scan.
 #[derive(Clone, Default)]
@@ -73,7 +75,7 @@ impl Recording {
     }
 
     /// A scan that has ended, once all of it has come.
-    pub async fn of(&self, scan_id: &str, patience: Duration) -> Result<Recorded> {
+    pub async fn of(&self, scan_id: &str) -> Result<Recorded> {
         let whole = async {
             loop {
                 let news = self.heard.news.notified();
@@ -84,7 +86,7 @@ impl Recording {
                 }
             }
         };
-        let whole = tokio::time::timeout(patience, whole).await;
+        let whole = tokio::time::timeout(CLOUDS_PATIENCE, whole).await;
         whole.context("the clouds of the scan did not all come, so nothing is saved; scan again")
     }
 }

@@ -35,6 +35,9 @@ struct Arguments {
     /// alone; may be given several times
     #[arg(long = "dataset", value_name = "FOLDER")]
     datasets: Vec<PathBuf>,
+    /// Learn the objects of the datasets alone, without the eight
+    #[arg(long, requires = "datasets")]
+    only_datasets: bool,
     /// Which network: the robot's, or the paper's with its settings
     #[arg(long, value_name = "NAME", default_value = "robot")]
     network: NetworkKind,
@@ -51,6 +54,9 @@ struct Arguments {
     /// Specimens of each class to train on
     #[arg(long)]
     specimens: Option<usize>,
+    /// Solids of any form to train on beside them, so that the model learns what is none of its classes
+    #[arg(long)]
+    strangers: Option<usize>,
     /// N, points of a cloud that the network sees
     #[arg(long = "points", visible_alias = "point-count", value_name = "N")]
     point_count: Option<usize>,
@@ -97,6 +103,7 @@ impl Arguments {
         let set = |to: &mut usize, from: Option<usize>| *to = from.unwrap_or(*to);
         settings.seed = self.seed.unwrap_or(settings.seed);
         set(&mut settings.specimens_per_class, self.specimens);
+        set(&mut settings.strangers, self.strangers);
         set(&mut settings.point_count, self.point_count);
         if let Some(centring) = self.centring {
             settings.centring = centring.to_string();
@@ -105,6 +112,7 @@ impl Arguments {
             settings.set_features(features);
         }
         settings.paper.normals = self.normals;
+        settings.only_datasets = self.only_datasets;
         set(&mut settings.training.epochs, self.epochs);
         set(&mut settings.training.patience, self.patience);
         settings

@@ -65,14 +65,26 @@ pub fn evaluate(
     let scores = |answers: &[Output]| answers.iter().map(|answer| answer.known_score).collect();
     let mut tests = Vec::new();
 
-    let (samples, answers) = measure(&own_classes(&metadata.labels, count))?;
-    let data = format!("parametric objects, {count} specimens a class, seed {seed}");
-    tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
-    let known_scores = scores(&answers);
+    let own = own_classes(&metadata.labels, count);
+    let mut known_scores = Vec::new();
+    if !own.is_empty() {
+        let (samples, answers) = measure(&own)?;
+        let data = format!("parametric objects, {count} specimens a class, seed {seed}");
+        tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
+        known_scores = scores(&answers);
+    } else if settings.dataset.is_none() {
+        let known = metadata.labels.join(", ");
+        bail!(
+            "the model knows none of the eight objects, but {known}; give --dataset with some of these"
+        );
+    }
     if let Some(folder) = &settings.dataset {
         let (samples, answers) = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
         let data = format!("{}, {count} meshes a class", folder.display());
         tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
+        if own.is_empty() {
+            known_scores = scores(&answers);
+        }
     }
     let (_, strangers) = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
     let known = Known::of(known_scores, scores(&strangers), metadata.known_threshold);

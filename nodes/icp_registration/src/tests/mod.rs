@@ -5,4 +5,5 @@ mod kinematic;
 mod laws;
 mod real;
 mod refusals;
+mod regrasp;
 pub(crate) mod scene;

@@ -1,0 +1,153 @@
+//! Makes a mesh of the object in the hand, for a dataset of it: turns it before the camera as far as the wrist goes, and,
+//! put back another way by a person, once more.
+
+mod file;
+mod grasp;
+mod mesh;
+mod prompt;
+
+use anyhow::{Context, Result};
+use clap::Parser;
+use file::Target;
+use grasp::Grasp;
+use icp_registration::{Hidden, Regrasp};
+use mesh::Recorded;
+use nalgebra::Point3;
+use node::Node;
+use scan::bar::Bar;
+use scan::client::Client;
+use scan::program;
+use scan::recording::Recording;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Makes a mesh of the object in the hand, from which generate_dataset makes dented ones to train on.
+///
+/// The wrist turns it through its whole range. Then put it back upside down and press Enter: the second grasp shows what
+/// the fingers hid in the first. The mesh goes to NAME.ply, in millimetres, +z up. Ctrl-C ends it and waits until the arm
+/// is still.
+#[derive(Debug, Parser)]
+#[command(
+    name = "record_object",
+    after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
+)]
+struct Arguments {
+    /// Name of the object; later it is the label
+    name: String,
+    /// How often the object is grasped: 1 or 2
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=2))]
+    grasps: u32,
+    /// Views of each grasp
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
+    views: u32,
+    /// The folder that the mesh goes to
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    save: PathBuf,
+    /// Replace a mesh of that name
+    #[arg(long)]
+    force: bool,
+    /// Print what was made as one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    program::run("record_object", record)
+}
+
+async fn record(node: Node, arguments: Arguments) -> Result<()> {
+    // What cannot be saved is said before the arm moves.
+    let target = Target::new(&arguments.save, &arguments.name, arguments.force)?;
+    let recording = Recording::listen(&node).await?;
+    let mut client = Client::connect(&node).await?;
+    let first = look(&mut client, &recording, arguments.views).await?;
+    eprintln!("first grasp: {first}");
+    let mut points = first.points.clone();
+    let mut grasps = vec![first];
+    let mut regrasp = None;
+    if arguments.grasps == 2 {
+        let second = loop {
+            prompt::until_enter(&node).await?;
+            match look(&mut client, &recording, arguments.views).await {
+                Ok(second) => break second,
+                // What was recorded already is not lost.
+                Err(error) => eprintln!("{error:#}\nthe first grasp is kept; once more:"),
+            }
+        };
+        eprintln!("second grasp: {second}");
+        let found = icp_registration::regrasp(&points, &second.points, &hidden())?;
+        eprintln!("{}", agreement(&found));
+        points.extend(cloud::transformed(&found.first_from_second, &second.points));
+        grasps.push(second);
+        regrasp = Some(found);
+    }
+    finish(&arguments, &target, &points, &grasps, regrasp)
+}
+
+/// One grasp, seen from all wrist angles.
+async fn look(client: &mut Client, recording: &Recording, views: u32) -> Result<Grasp> {
+    let bar = Bar::new();
+    let end = client.scan(views, &bar).await;
+    bar.clear();
+    let answer = end?;
+    let scan = recording.of(&answer.scan_id).await?;
+    Grasp::of(&scan, answer, views)
+}
+
+fn finish(
+    arguments: &Arguments,
+    target: &Target,
+    points: &[Point3<f32>],
+    grasps: &[Grasp],
+    regrasp: Option<Regrasp>,
+) -> Result<()> {
+    let recorded = Recorded::of(points).context("no mesh can be made of what was seen")?;
+    let file = target.write(&recorded.mesh)?;
+    eprintln!("{}: {recorded}", file.display());
+    let (scan, name) = (file.display(), &arguments.name);
+    let next =
+        format!("rosrun deformable_cobot generate_dataset --scan {scan} --out {name} --count 300");
+    if arguments.json {
+        let described = json!({
+            "file": file,
+            "object": name,
+            "grasps": grasps.iter().map(Grasp::to_json).collect::<Vec<_>>(),
+            "regrasp": regrasp.as_ref().map(regrasp_json),
+            "mesh": recorded.to_json(),
+            "next": next,
+        });
+        println!("{described:#}");
+    } else {
+        println!("next: {next}");
+    }
+    Ok(())
+}
+
+/// What the fingers hide, as the crop is made for them.
+fn hidden() -> Hidden {
+    let crop = roi_crop::Parameters::default();
+    Hidden {
+        below_m: crop.gripper_length_m - crop.grasp_depth_m,
+        fingertips_m: crop.gripper_length_m,
+        finger_width_m: crop.finger_width_m,
+    }
+}
+
+fn agreement(found: &Regrasp) -> String {
+    let (percent, rmse_mm) = (1e2 * found.fitness, 1e3 * found.rmse_m);
+    let how = if found.upside_down {
+        "upside down"
+    } else {
+        "upright, so that its lower end is still unseen"
+    };
+    format!("the second is the first {how}: {percent:.0} % of the points agree, to {rmse_mm:.1} mm")
+}
+
+fn regrasp_json(found: &Regrasp) -> Value {
+    json!({
+        "upside_down": found.upside_down,
+        "fitness": found.fitness,
+        "rmse_m": found.rmse_m,
+    })
+}

@@ -1,0 +1,62 @@
+//! From points to the mesh.
+
+use anyhow::Result;
+use nalgebra::Point3;
+use serde_json::{Value, json};
+use sim_objects::Mesh;
+use sim_objects::file::Scan;
+use sim_reconstruct::{Report, Settings, mesh_from_scan};
+use std::fmt;
+
+/// The recorded object.
+#[derive(Debug)]
+pub struct Recorded {
+    /// In the object's frame: bottom centre, +z up, m.
+    pub mesh: Mesh,
+    report: Report,
+}
+
+impl Recorded {
+    /// Makes the surface that points (m, +z up) are of.
+    pub fn of(points: &[Point3<f32>]) -> Result<Self> {
+        let scan = Scan {
+            points_m: points.to_vec(),
+            ..Scan::default()
+        };
+        let (mesh, report) = mesh_from_scan(&scan, &Settings::default())?;
+        Ok(Self {
+            mesh: mesh.stood_up(),
+            report,
+        })
+    }
+
+    fn extent_m(&self) -> [f32; 3] {
+        let (min, max) = self.mesh.bounds();
+        (max - min).into()
+    }
+
+    pub fn to_json(&self) -> Value {
+        json!({
+            "extent_m": self.extent_m(),
+            "vertices": self.report.vertices,
+            "holes": self.report.boundary_loops,
+            "handles": self.report.handles,
+        })
+    }
+}
+
+impl fmt::Display for Recorded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.extent_m().map(|metres| 1e3 * metres);
+        let holes = match self.report.boundary_loops {
+            0 => "closed".to_owned(),
+            1 => "1 hole".to_owned(),
+            count => format!("{count} holes"),
+        };
+        let vertices = self.report.vertices;
+        write!(
+            f,
+            "{x:.0} x {y:.0} x {z:.0} mm, {vertices} vertices, {holes}"
+        )
+    }
+}

@@ -1,0 +1,9 @@
+//! What the programs that scan share: the client of the action `scan_object`, how it shows on a terminal, and what the
+//! stages publish meanwhile.
+
+pub mod answer;
+pub mod bar;
+pub mod client;
+pub mod folder;
+pub mod program;
+pub mod recording;
