@@ -88,7 +88,7 @@ def test_three_own_objects_are_recorded_learned_and_named(sim, core, launch, exe
         hold(sim, path, squeeze_m=0.006)
         answer = sim.scan()
         assert answer.error == ''
-        found = answer.classification
+        found = answer.result
         print(found.label, found.known, found.probability)
         assert sorted(found.labels) == sorted(OWN)
         assert (found.label, found.known) == (name, True)
