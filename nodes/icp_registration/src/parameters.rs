@@ -72,7 +72,7 @@ impl Default for Parameters {
         Self {
             initial_guess: InitialGuess::Kinematic,
             voxel_m: 0.002,
-            sample_count: 1000,
+            sample_count: 3000,
             min_points: 100,
             min_fitness: 0.3,
             metric: Metric::Plane,
