@@ -87,7 +87,7 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
 
 /// One grasp, seen from all wrist angles.
 async fn look(client: &mut Client, recording: &Recording, views: u32) -> Result<Grasp> {
-    let bar = Bar::new();
+    let bar = Bar::default();
     let end = client.scan(views, &bar).await;
     bar.clear();
     let answer = end?;

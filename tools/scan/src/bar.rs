@@ -7,16 +7,18 @@ use std::time::Duration;
 /// A line that changes with the scan.
 pub struct Bar(ProgressBar);
 
-impl Bar {
+impl Default for Bar {
     /// Empty so far.
-    pub fn new() -> Self {
+    fn default() -> Self {
         let bar = ProgressBar::new(0);
         let style = ProgressStyle::with_template("{bar:24} {msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
     }
+}
 
+impl Bar {
     /// Shows a report.
     pub fn show(&self, report: &ScanObjectFeedback) {
         self.0.set_length(u64::from(report.count));

@@ -44,7 +44,7 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
         None => None,
     };
     let mut client = Client::connect(&node).await?;
-    let bar = Bar::new();
+    let bar = Bar::default();
     let end = client.scan(arguments.views.unwrap_or(0), &bar).await;
     bar.clear();
     let classification = end?;
