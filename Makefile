@@ -7,7 +7,7 @@
 # make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
-# make lint                    formatting, warnings, spelling, licences and sources of all dependencies
+# make lint                    formatting, warnings, documentation, spelling, licences and sources of all dependencies
 # make audit                   known advisories about dependencies; fetches their database
 # make setup                   installs what is missing; the others call it
 
@@ -81,6 +81,7 @@ lint: $(DENY)
 	setup/install shellcheck codespell python3-pyflakes
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --release --workspace --no-deps
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
 	shellcheck --shell=bash --exclude=SC1090,SC1091 launch/env_loader.bash
 	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot tests/soak \

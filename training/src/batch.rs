@@ -14,9 +14,9 @@ pub struct Clouds<'a> {
     pub point_count: usize,
     /// Values of a point: 3, or 6 with its normal.
     pub columns: usize,
-    /// [M, N, columns] row-major: coordinates in metres, then the normal if any.
+    /// `[M, N, columns]` row-major: coordinates in metres, then the normal if any.
     pub values: &'a [f32],
-    /// [M] class indices.
+    /// `[M]` class indices.
     pub labels: &'a [u32],
 }
 
@@ -83,7 +83,7 @@ impl<'a> Clouds<'a> {
         &self.values[index * length..(index + 1) * length]
     }
 
-    /// Some clouds as the network takes them, [B, N, columns] in units; changed at random if asked for.
+    /// Some clouds as the network takes them, `[B, N, columns]` in units; changed at random if asked for.
     ///
     /// # Errors
     /// Candle fails.
@@ -110,7 +110,7 @@ impl<'a> Clouds<'a> {
         Ok(Tensor::from_vec(values, shape, &Device::Cpu)?)
     }
 
-    /// Sum of the negative log-probabilities, [B, C], of the true classes.
+    /// Sum of the negative log-probabilities, `[B, C]`, of the true classes.
     ///
     /// # Errors
     /// Candle fails.

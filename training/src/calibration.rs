@@ -1,6 +1,6 @@
 //! Probabilities that mean what they say.
 
-/// The factor 1/T of logits [M][C] that makes the true classes most probable (temperature scaling, Guo et al. 2017).
+/// The factor 1/T of logits `[M][C]` that makes the true classes most probable (temperature scaling, Guo et al. 2017).
 /// 1 without clouds.
 pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
     // The loss is convex in the factor: its slope has one zero.
@@ -44,7 +44,7 @@ pub fn log_sum_exp(logits: &[f32]) -> f64 {
     f64::from(highest) + sum.ln()
 }
 
-/// The largest of [C] log-probabilities as a probability.
+/// The largest of `[C]` log-probabilities as a probability.
 pub fn highest_probability(log_probabilities: &[f32]) -> f64 {
     let highest = log_probabilities
         .iter()

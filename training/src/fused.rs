@@ -7,7 +7,7 @@ use candle_core::{
     CpuStorage, CustomOp1, CustomOp2, D, Layout, Result, Shape, Storage, Tensor, bail,
 };
 
-/// max(0, x + bias) for `x` [M, F] and `bias` [F].
+/// max(0, x + bias) for `x` (`[M, F]`) and `bias` (`[F]`).
 pub fn bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
     if !x.device().is_cpu() {
         return plain_bias_relu(x, bias);
@@ -15,7 +15,7 @@ pub fn bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
     x.contiguous()?.apply_op2(bias, BiasRelu)
 }
 
-/// Maximum and mean over the points: [B, N, F] to [B, 2 F], all maxima first.
+/// Maximum and mean over the points: `[B, N, F]` to `[B, 2 F]`, all maxima first.
 pub fn pool(features: &Tensor) -> Result<Tensor> {
     if !features.device().is_cpu() {
         return plain_pool(features);

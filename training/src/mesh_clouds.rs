@@ -47,13 +47,13 @@ impl Default for MeshSampling {
 pub struct MeshClouds {
     /// P.
     pub point_count: usize,
-    /// [M, P, 3] in metres, the box around the object centred at the origin, up along z.
+    /// `[M, P, 3]` in metres, the box around the object centred at the origin, up along z.
     pub points: Vec<f32>,
-    /// [M, P, 3] of unit length, if they were asked for.
+    /// `[M, P, 3]` of unit length, if they were asked for.
     pub normals: Option<Vec<f32>>,
-    /// [M] class indices.
+    /// `[M]` class indices.
     pub labels: Vec<u32>,
-    /// [M] numbers of [`Split`].
+    /// `[M]` numbers of [`Split`].
     pub split: Vec<u32>,
 }
 
@@ -129,8 +129,8 @@ impl MeshClouds {
         }
     }
 
-    /// Writes an npz file: `points` float32 [M, P, 3] in metres, `labels` and `split` (0 training, 1 validation,
-    /// 2 test) uint32 [M], and `normals` as `points` if there are any.
+    /// Writes an npz file: `points` float32 `[M, P, 3]` in metres, `labels` and `split` (0 training, 1 validation,
+    /// 2 test) uint32 `[M]`, and `normals` as `points` if there are any.
     ///
     /// # Errors
     /// The file cannot be written; then nothing of it is left.
@@ -199,7 +199,7 @@ impl MeshClouds {
     }
 }
 
-/// [3, P] to [P, 3], scaled.
+/// `[3, P]` to `[P, 3]`, scaled.
 fn rows(columns: &[f32], scale: f32) -> impl Iterator<Item = f32> {
     let count = columns.len() / 3;
     (0..count).flat_map(move |point| [0, 1, 2].map(|axis| scale * columns[axis * count + point]))

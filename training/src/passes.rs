@@ -50,7 +50,7 @@ pub(crate) fn gradients(
         .ok_or_else(|| anyhow::anyhow!("an empty batch"))
 }
 
-/// Logits [C] of each cloud.
+/// Logits `[C]` of each cloud.
 ///
 /// # Errors
 /// The network fails.

@@ -12,13 +12,13 @@ use crate::scan::ScannedObject;
 pub struct Samples {
     /// N, the points of each cloud.
     pub point_count: usize,
-    /// [M, N, 3] row-major, in metres, up along the model's up axis, moved to the origin.
+    /// `[M, N, 3]` row-major, in metres, up along the model's up axis, moved to the origin.
     pub points: Vec<f32>,
-    /// [M] class indices.
+    /// `[M]` class indices.
     pub labels: Vec<u32>,
-    /// [M] how many views made each cloud.
+    /// `[M]` how many views made each cloud.
     pub view_counts: Vec<u32>,
-    /// [M] 1 where a gripper held the object, 0 where it stood on something.
+    /// `[M]` 1 where a gripper held the object, 0 where it stood on something.
     pub held: Vec<u32>,
 }
 
@@ -41,13 +41,13 @@ impl Samples {
         self.labels.is_empty()
     }
 
-    /// The points of one cloud, [N, 3].
+    /// The points of one cloud, `[N, 3]`.
     pub fn cloud(&self, index: usize) -> &[f32] {
         let length = 3 * self.point_count;
         &self.points[index * length..(index + 1) * length]
     }
 
-    /// Adds one cloud; `input` is the network's input, [3, N] in units of `metres_per_unit`.
+    /// Adds one cloud; `input` is the network's input, `[3, N]` in units of `metres_per_unit`.
     pub fn push_input(
         &mut self,
         input: &[f32],
@@ -65,7 +65,7 @@ impl Samples {
         self.held.push(u32::from(object.held));
     }
 
-    /// One cloud as the network's input, [3, N] in units of `metres_per_unit`.
+    /// One cloud as the network's input, `[3, N]` in units of `metres_per_unit`.
     pub fn input(&self, index: usize, metres_per_unit: f64) -> Vec<f32> {
         let cloud = self.cloud(index);
         let axis = |axis: usize| cloud.iter().skip(axis).step_by(3);
@@ -86,8 +86,8 @@ impl Samples {
 
 const ARRAYS: [&str; 5] = ["points", "labels", "view_counts", "held", "split"];
 
-/// Writes training and validation clouds to one npz file: `points` float32 [M, N, 3] in metres, `labels`,
-/// `view_counts`, `held` and `split` (0 training, 1 validation) uint32 [M].
+/// Writes training and validation clouds to one npz file: `points` float32 `[M, N, 3]` in metres, `labels`,
+/// `view_counts`, `held` and `split` (0 training, 1 validation) uint32 `[M]`.
 ///
 /// # Errors
 /// The file cannot be written; then nothing of it is left.

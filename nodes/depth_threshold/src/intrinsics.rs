@@ -25,9 +25,9 @@ pub enum IntrinsicsError {
         "camera_info has focal lengths fx = {fx}, fy = {fy}; both must be positive: is the camera calibrated?"
     )]
     FocalLength {
-        /// K[0].
+        /// `K[0]`.
         fx: f64,
-        /// K[4].
+        /// `K[4]`.
         fy: f64,
     },
     /// No camera looks beside its own image.
@@ -35,9 +35,9 @@ pub enum IntrinsicsError {
         "camera_info has its optical axis at ({cx}, {cy}), outside its image of {width}×{height}"
     )]
     Centre {
-        /// K[2].
+        /// `K[2]`.
         cx: f64,
-        /// K[5].
+        /// `K[5]`.
         cy: f64,
         /// Columns of the image.
         width: u32,

@@ -12,9 +12,9 @@ use crate::product::product;
 pub struct Linear {
     /// Name, unique in the network.
     pub name: &'static str,
-    /// [inputs, outputs]
+    /// `[inputs, outputs]`
     pub weight: Var,
-    /// [outputs]
+    /// `[outputs]`
     pub bias: Var,
 }
 

@@ -41,7 +41,7 @@ impl PaperArchitecture {
     }
 }
 
-/// The network's layers, in the order of [`Paper::layers`].
+/// The network's layers, in the order of `Paper::layers`.
 #[derive(Debug, Clone)]
 pub struct Paper {
     /// Design choices.

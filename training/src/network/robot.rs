@@ -46,7 +46,7 @@ impl Default for Architecture {
     }
 }
 
-/// The network's layers, in the order of [`Robot::layers`].
+/// The network's layers, in the order of `Robot::layers`.
 #[derive(Debug, Clone)]
 pub struct Robot {
     /// Widths of the layers.
