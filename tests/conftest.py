@@ -113,3 +113,10 @@ def pytest_unconfigure():
     if MARK in os.environ:
         kill_marked(os.environ[MARK])
         shutil.rmtree(os.environ[SHARED], ignore_errors=True)
+
+
+@pytest.fixture
+def shelf(tmp_path):
+    """An empty folder for what is saved."""
+    (tmp_path / 'shelf').mkdir()
+    return tmp_path / 'shelf'

@@ -30,13 +30,6 @@ def shapes(tmp_path):
 
 
 @pytest.fixture
-def shelf(tmp_path):
-    """A folder for what is recorded."""
-    (tmp_path / 'shelf').mkdir()
-    return tmp_path / 'shelf'
-
-
-@pytest.fixture
 def sim(launch):
     """The simulated robot, ready to scan."""
     graph = launch('sim.launch')

@@ -13,13 +13,6 @@ pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 
 
 @pytest.fixture
-def shelf(tmp_path):
-    """An empty folder for what is saved."""
-    (tmp_path / 'shelf').mkdir()
-    return tmp_path / 'shelf'
-
-
-@pytest.fixture
 def sim(launch):
     """The simulated robot with a can in its hand, ready to scan."""
     graph = launch('sim.launch')
