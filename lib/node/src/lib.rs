@@ -15,6 +15,7 @@
 //! | one mute caller keeps all others from a service | that server gives each a thread and a time limit |
 //! | waits for mute, stopped and unplugged peers | time limits on all sockets |
 //! | no notion of time going back | [`Clock::jumps`], and TF is forgotten |
+//! | never asks publishers for TCP_NODELAY | acknowledges each message at once |
 //! | address of the computer guessed | [`environment`] requires it |
 //! | a panic ends one callback in silence | the process aborts, roslaunch starts it again |
 //! | tickers replay missed ticks in a burst | use `tokio::time::interval` with `MissedTickBehavior::Skip` |
@@ -24,6 +25,7 @@ pub mod environment;
 pub mod layout;
 pub mod transforms;
 
+mod acknowledgement;
 mod caller;
 mod clock;
 mod health;

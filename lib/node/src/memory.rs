@@ -2,18 +2,22 @@
 
 use std::ffi::c_int;
 
-/// From this size on, memory is returned as soon as it is free: images and clouds, but no headers.
-const RETURNED_FROM_BYTES: c_int = 128 << 10;
+/// Blocks up to this size stay with the process when they are freed: images and clouds come thirty times a second, and new
+/// memory for each costs milliseconds.
+const KEPT_BYTES: c_int = 32 << 20;
+/// Free memory beyond this at the end of the heap is returned.
+const SPARE_BYTES: c_int = 16 << 20;
 
-/// Makes the allocator return the memory of images and clouds.
+/// Makes the threads share one heap.
 ///
-/// By itself, glibc keeps blocks as large as the largest that was ever freed, and a heap for each thread, of which a node
-/// has dozens: each becomes as large as the worst moment of its thread.
+/// By itself, glibc keeps a heap for each thread, of which a node has dozens: each becomes as large as the worst moment of
+/// its thread.
 #[allow(unsafe_code)] // no crate in use offers this call
-pub fn keep_small() {
-    // SAFETY: two settings of the allocator, made before there are other threads; one that it does not know is ignored.
+pub fn share_heap() {
+    // SAFETY: settings of the allocator, made before there are other threads; one that it does not know is ignored.
     unsafe {
         libc::mallopt(libc::M_ARENA_MAX, 1);
-        libc::mallopt(libc::M_MMAP_THRESHOLD, RETURNED_FROM_BYTES);
+        libc::mallopt(libc::M_MMAP_THRESHOLD, KEPT_BYTES);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, SPARE_BYTES);
     }
 }

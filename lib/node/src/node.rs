@@ -51,7 +51,7 @@ where
     F: Future<Output = anyhow::Result<()>>,
     B: FnOnce(Node) -> F,
 {
-    crate::memory::keep_small();
+    crate::memory::share_heap();
     crate::logging::install();
     abort_on_panic();
     let registry = Arc::new(Registry::default());

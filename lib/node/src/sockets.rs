@@ -4,6 +4,7 @@
 //! after the other, writes to all subscribers on one thread, and waits for answers without end. A peer that says nothing,
 //! one that was stopped, or one whose cable was pulled holds up all others. Here such connections are ended from aside.
 
+use crate::acknowledgement;
 use crate::environment::authority;
 use crate::tcp_info::TcpBytes;
 use socket2::{SockRef, TcpKeepalive};
@@ -72,6 +73,8 @@ impl Sockets {
             }
             seen.insert(connection, since);
         }
+        let dialled = seen.keys().filter(|connection| connection.dialled);
+        acknowledgement::set_dialled(dialled.map(|connection| connection.fd).collect());
         let before = std::mem::replace(&mut self.seen, seen);
         let there: HashSet<SocketAddr> = self.seen.keys().filter_map(|other| other.peer).collect();
         let carried = |(connection, since): (&Connection, &Instant)| {

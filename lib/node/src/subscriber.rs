@@ -1,5 +1,6 @@
 //! Subscribers that notice a dead link, by the age of what they heard, and dial again.
 
+use crate::acknowledgement;
 use crate::bounded::Bounded;
 use crate::environment;
 use crate::link::{Report, Tended};
@@ -122,6 +123,7 @@ impl Subscriber {
             move || {
                 let (heard, callback) = (Arc::clone(&heard), Arc::clone(&callback));
                 let note = move |Bounded(message, number): Bounded<T>, publisher: &str| {
+                    acknowledgement::send();
                     heard.note(number, publisher);
                     callback(message);
                 };

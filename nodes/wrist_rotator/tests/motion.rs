@@ -108,7 +108,8 @@ fn turns_0_6_rad_within_1_2_s_settling_included() {
         );
         assert!(elapsed_s <= 1.2, "{elapsed_s} s");
         assert!((bench.w2().0 - target_rad).abs() < 0.0087);
-        assert!(bench.stamp - arrived.at_rest >= Duration::from_millis(100));
+        let dwell = Duration::from_secs_f64(Parameters::default().dwell_s);
+        assert!(bench.stamp - arrived.at_rest >= dwell);
     }
 }
 

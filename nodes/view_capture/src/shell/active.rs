@@ -1,7 +1,7 @@
 //! Scans on request: turn, wait for rest, look, again, until all views are taken or the answer is sure enough.
 
 use super::answers::Answers;
-use super::output::{Output, Place, Pose, new_scan_id};
+use super::output::{Output, Place, Pose, Shot, new_scan_id};
 use super::progress::{Progress, State};
 use super::stance::Stance;
 use super::surroundings::Surroundings;
@@ -10,7 +10,6 @@ use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{Classification, ScanObjectRes};
-use msg::sensor_msgs::PointCloud2;
 use node::{CallError, Node, Transforms, Tuned};
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -30,7 +29,7 @@ const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 pub struct Sources {
     pub transforms: Option<Transforms>,
     pub stance: Option<Stance>,
-    pub clouds: watch::Receiver<Option<Arc<PointCloud2>>>,
+    pub shots: watch::Receiver<Option<Arc<Shot>>>,
     pub answers: broadcast::Sender<Classification>,
     pub troubles: Troubles,
     pub surroundings: Surroundings,
@@ -53,8 +52,8 @@ pub struct Scanner {
     output: Output,
     sources: Sources,
     busy: Arc<Mutex<()>>,
-    /// The cloud of the latest view.
-    last_seen: Arc<Mutex<Option<Arc<PointCloud2>>>>,
+    /// What the latest view saw.
+    last_seen: Arc<Mutex<Option<Arc<Shot>>>>,
 }
 
 impl Scanner {
@@ -124,8 +123,8 @@ impl Scanner {
 
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
     pub async fn scan_at_start(&self) -> Infallible {
-        let mut clouds = self.sources.clouds.clone();
-        if self.parameters.now().scan_at_start && clouds.wait_for(Option::is_some).await.is_ok() {
+        let mut shots = self.sources.shots.clone();
+        if self.parameters.now().scan_at_start && shots.wait_for(Option::is_some).await.is_ok() {
             self.scan(0, std::future::pending()).await;
         }
         std::future::pending().await
@@ -212,7 +211,8 @@ impl Scanner {
             Err(error) => return Err(error),
         };
         self.progress.is(State::Looking);
-        let cloud = self.cloud_after(turned.at_rest).await?;
+        let shot = self.shot_after(turned.at_rest).await?;
+        let cloud = &shot.cloud;
         ensure!(
             cloud.width > 0,
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
@@ -221,20 +221,20 @@ impl Scanner {
         let pose = Pose::at(
             &self.parameters.now(),
             self.sources.transforms.as_ref(),
-            &cloud,
+            cloud,
         )
         .await?;
-        self.check_alive(&cloud).await?;
+        self.check_alive(&shot).await?;
         self.progress.taken(cloud.width * cloud.height);
-        self.output.view(place, turned.angle, pose, &cloud);
+        self.output.view(place, turned.angle, pose, &shot);
         Ok(())
     }
 
     /// Refuses an image that is the last view's once more: no two images of a camera have the same noise. Captures that are
     /// played again may.
-    async fn check_alive(&self, cloud: &Arc<PointCloud2>) -> anyhow::Result<()> {
-        let last = self.last_seen.lock().await.replace(Arc::clone(cloud));
-        let same = last.is_some_and(|last| last.data == cloud.data);
+    async fn check_alive(&self, shot: &Arc<Shot>) -> anyhow::Result<()> {
+        let last = self.last_seen.lock().await.replace(Arc::clone(shot));
+        let same = last.is_some_and(|last| last.cloud.data == shot.cloud.data);
         ensure!(
             !(same && self.sources.transforms.is_some()),
             "the camera's image is that of the view before, bit by bit; it is frozen: restart its driver"
@@ -243,24 +243,23 @@ impl Scanner {
     }
 
     /// The first cloud whose image was taken after `moment`.
-    async fn cloud_after(&self, moment: Time) -> anyhow::Result<Arc<PointCloud2>> {
+    async fn shot_after(&self, moment: Time) -> anyhow::Result<Arc<Shot>> {
         let patience = Duration::from_secs_f64(self.parameters.now().frame_deadline_s);
-        let mut clouds = self.sources.clouds.clone();
-        let newer = |cloud: &Option<Arc<PointCloud2>>| {
-            cloud
-                .as_ref()
-                .is_some_and(|cloud| cloud.header.stamp > moment)
+        let mut shots = self.sources.shots.clone();
+        let newer = |shot: &Option<Arc<Shot>>| {
+            shot.as_ref()
+                .is_some_and(|shot| shot.cloud.header.stamp > moment)
         };
-        let waited = tokio::time::timeout(patience, clouds.wait_for(newer)).await;
-        if let Ok(Ok(cloud)) = waited {
-            return cloud.clone().context("no cloud");
+        let waited = tokio::time::timeout(patience, shots.wait_for(newer)).await;
+        if let Ok(Ok(shot)) = waited {
+            return shot.clone().context("no cloud");
         }
         let last = self
             .sources
-            .clouds
+            .shots
             .borrow()
             .as_ref()
-            .map(|cloud| cloud.header.stamp);
+            .map(|shot| shot.cloud.header.stamp);
         let troubles = self.sources.troubles.clause().await;
         match last {
             Some(stamp) => bail!(

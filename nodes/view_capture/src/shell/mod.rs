@@ -16,7 +16,7 @@ use active::{Scanned, Scanner, Sources};
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
 use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms, Tuned};
-use output::Output;
+use output::{Output, Shot};
 use progress::Progress;
 use stance::Stance;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ async fn serve_active(
     transforms: Option<Transforms>,
     output: Output,
 ) -> anyhow::Result<()> {
-    let clouds = watch::Sender::new(None);
+    let shots = watch::Sender::new(None);
     let answers = broadcast::Sender::new(ANSWERS_KEPT);
     let progress = Progress::new();
     let action = Action::listen(&node)?;
@@ -68,17 +68,18 @@ async fn serve_active(
     let sources = Sources {
         transforms,
         stance,
-        clouds: clouds.subscribe(),
+        shots: shots.subscribe(),
         answers: answers.clone(),
         troubles: surroundings.listen()?,
         surroundings: surroundings.clone(),
     };
     let scanner = Scanner::new(&node, parameters, output, &progress, sources);
     let _points = node.subscribe("points", Expect::STATE, {
-        let surroundings = surroundings.clone();
+        let (surroundings, clock) = (surroundings.clone(), node.clock());
         move |cloud: PointCloud2| {
             surroundings.note_cloud(cloud.header.stamp);
-            clouds.send_replace(Some(Arc::new(cloud)));
+            let arrived = clock.now();
+            shots.send_replace(Some(Arc::new(Shot { cloud, arrived })));
         }
     })?;
     let _answers = node.subscribe("classification", Expect::EVENTS, {

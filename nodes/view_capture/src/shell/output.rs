@@ -1,6 +1,7 @@
 //! What a scan puts on its topics.
 
-use msg::deformable_cobot::View;
+use msg::Time;
+use msg::deformable_cobot::{StageTime, View};
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
 use nalgebra::Isometry3;
@@ -16,6 +17,27 @@ pub struct Output {
     views: Publisher<View>,
     clouds: Publisher<PointCloud2>,
     clock: Arc<Clock>,
+}
+
+/// A cloud, and when it came.
+#[derive(Debug, PartialEq)]
+pub struct Shot {
+    pub cloud: PointCloud2,
+    pub arrived: Time,
+}
+
+impl Shot {
+    /// How old the image was when its cloud came, and how long it has since been kept until the wrist was known to rest.
+    fn timing(&self, now: Time) -> Vec<StageTime> {
+        let between = |begin: Time, end: Time| {
+            let elapsed_ns = (end - begin).nanos().max(0);
+            Duration::from_nanos(elapsed_ns as u64)
+        };
+        vec![
+            timing::stage("capture", between(self.cloud.header.stamp, self.arrived)),
+            timing::stage("settle", between(self.arrived, now)),
+        ]
+    }
 }
 
 /// Which view of which scan.
@@ -75,11 +97,11 @@ impl Output {
     }
 
     /// Publishes a view, and its cloud alone where somebody looks at it.
-    pub fn view(&self, place: Place, angle_rad: f64, pose: Option<Pose>, cloud: &PointCloud2) {
+    pub fn view(&self, place: Place, angle_rad: f64, pose: Option<Pose>, shot: &Shot) {
+        let cloud = &shot.cloud;
         if self.clouds.is_subscribed() {
             self.clouds.send(cloud.clone());
         }
-        let age_ns = (self.clock.now() - cloud.header.stamp).nanos().max(0);
         let mut view = View {
             header: cloud.header.clone(),
             scan_id: place.scan_id,
@@ -87,10 +109,7 @@ impl Output {
             count: place.count,
             wrist_angle: angle_rad,
             cloud: cloud.clone(),
-            timing: vec![timing::stage(
-                "capture",
-                Duration::from_nanos(age_ns as u64),
-            )],
+            timing: shot.timing(self.clock.now()),
             ..Default::default()
         };
         if let Some(pose) = pose {

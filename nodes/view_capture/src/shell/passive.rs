@@ -1,13 +1,13 @@
 //! Scans found in what somebody else makes the robot do.
 
-use super::output::{Output, Place, Pose, new_scan_id};
+use super::output::{Output, Place, Pose, Shot, new_scan_id};
 use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms, Tuned};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
 
-type Views = Vec<Taken<Arc<PointCloud2>>>;
+type Views = Vec<Taken<Arc<Shot>>>;
 
 /// Joint states kept while a cloud is looked at: in passive mode each counts, not only the newest.
 const JOINT_STATES: Expect = Expect {
@@ -25,10 +25,11 @@ pub async fn watch(
     let sweep = Arc::new(Mutex::new(Sweep::new(parameters.now().sweep_rules())));
     let (found, mut scans) = mpsc::unbounded_channel();
     let _points = node.subscribe("points", Expect::STATE, {
-        let sweep = Arc::clone(&sweep);
+        let (sweep, clock) = (Arc::clone(&sweep), node.clock());
         move |cloud: PointCloud2| {
             let stamp_ns = cloud.header.stamp.nanos();
-            lock(&sweep).on_cloud(stamp_ns, Arc::new(cloud));
+            let arrived = clock.now();
+            lock(&sweep).on_cloud(stamp_ns, Arc::new(Shot { cloud, arrived }));
         }
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
@@ -81,8 +82,9 @@ async fn publish(
             index,
             count,
         };
-        match Pose::at(parameters, transforms, &view.cloud).await {
-            Ok(pose) => output.view(place, view.angle_rad, pose, &view.cloud),
+        let shot = &view.cloud;
+        match Pose::at(parameters, transforms, &shot.cloud).await {
+            Ok(pose) => output.view(place, view.angle_rad, pose, shot),
             Err(error) => {
                 let error = format!("view_capture: view {} of {count}: {error:#}", index + 1);
                 log::error!("scan {scan_id}: {error}");
