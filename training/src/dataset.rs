@@ -7,8 +7,8 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use sim_objects::ObjectClass;
 
-use crate::samples::Samples;
-use crate::scan::{full_view, scan};
+use crate::samples::{Samples, Seen};
+use crate::scan::{ScannedObject, full_view, scan};
 use crate::scan_parameters::ScanParameters;
 use crate::specimens::Labelled;
 
@@ -28,13 +28,11 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
     }
 }
 
-/// Clouds of all specimens, made on all cores: of each the whole surface, and what a scan gives after each view.
+/// Clouds of all specimens as the network gets them: of each the whole surface, and what a scan gives after each view.
 /// `finished` is called after each specimen.
 ///
-/// The same arguments give the same clouds in the same order.
-///
 /// # Errors
-/// A specimen cannot be made, or settings that a node refuses.
+/// As [`see_all`].
 pub fn simulate(
     labelled: &[Labelled],
     parameters: &ScanParameters,
@@ -42,43 +40,55 @@ pub fn simulate(
     seed: u64,
     finished: impl Fn() + Sync,
 ) -> Result<Samples> {
+    // An object that is hardly in view has no answer on the robot either.
+    let take = |object: &ScannedObject| preprocess(&object.points, &object.up, metadata).ok();
+    let mut samples = Samples::new(metadata.point_count);
+    for seen in see_all(labelled, parameters, seed, take, finished)? {
+        samples.push(&seen, metadata.metres_per_unit);
+    }
+    Ok(samples)
+}
+
+/// What `take` makes of all specimens, with their labels: of the whole surface of each, and of what a scan gives after each
+/// view. It runs on all cores; the clouds themselves are not kept.
+///
+/// The same arguments give the same clouds in the same order.
+///
+/// # Errors
+/// A specimen cannot be made, or settings that a node refuses.
+pub fn see_all<T: Send>(
+    labelled: &[Labelled],
+    parameters: &ScanParameters,
+    seed: u64,
+    take: impl Fn(&ScannedObject) -> Option<T> + Sync,
+    finished: impl Fn() + Sync,
+) -> Result<Vec<Seen<T>>> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let specimens: Vec<(&Labelled, u64)> = labelled
         .iter()
         .flat_map(|labelled| (0..labelled.count).map(move |_| labelled))
         .map(|labelled| (labelled, random.random()))
         .collect();
-    let parts: Vec<Result<Samples>> = specimens
-        .into_par_iter()
-        .map(|(labelled, seed)| {
-            let samples = specimen_samples(labelled, parameters, metadata, seed);
-            finished();
-            samples
-        })
-        .collect();
-    let mut all = Samples::new(metadata.point_count);
+    let see = |(labelled, seed): (&Labelled, u64)| -> Result<Vec<Seen<T>>> {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let object = labelled.specimens.one(parameters, &mut random)?;
+        let mut views = vec![full_view(&object, &mut random)];
+        views.extend(scan(&object, parameters, random.random())?);
+        finished();
+        let seen = views.iter().filter_map(|view| {
+            take(view).map(|taken| Seen {
+                label: labelled.label,
+                view_count: view.view_count as u32,
+                held: view.held,
+                taken,
+            })
+        });
+        Ok(seen.collect())
+    };
+    let parts: Vec<Result<Vec<Seen<T>>>> = specimens.into_par_iter().map(see).collect();
+    let mut all = Vec::new();
     for part in parts {
-        all.append(part?);
+        all.extend(part?);
     }
     Ok(all)
-}
-
-fn specimen_samples(
-    labelled: &Labelled,
-    parameters: &ScanParameters,
-    metadata: &ModelMetadata,
-    seed: u64,
-) -> Result<Samples> {
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let object = labelled.specimens.one(parameters, &mut random)?;
-    let mut seen = vec![full_view(&object, &mut random)];
-    seen.extend(scan(&object, parameters, random.random())?);
-    let mut samples = Samples::new(metadata.point_count);
-    for object in seen {
-        // An object that is hardly in view has no answer on the robot either.
-        if let Ok(input) = preprocess(&object.points, &object.up, metadata) {
-            samples.push_input(&input, metadata.metres_per_unit, labelled.label, &object);
-        }
-    }
-    Ok(samples)
 }

@@ -5,7 +5,30 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use candle_core::{Device, Tensor};
 
-use crate::scan::ScannedObject;
+/// Something taken of a cloud, and what the cloud shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen<T> {
+    /// Index of the class.
+    pub label: u32,
+    /// Views that made the cloud; 0: it is the whole surface.
+    pub view_count: u32,
+    /// Whether a gripper held the object; else it stood on something.
+    pub held: bool,
+    /// What was taken.
+    pub taken: T,
+}
+
+impl<T> Seen<T> {
+    /// Something else taken of the same cloud.
+    pub fn with<U>(&self, taken: U) -> Seen<U> {
+        Seen {
+            label: self.label,
+            view_count: self.view_count,
+            held: self.held,
+            taken,
+        }
+    }
+}
 
 /// Clouds of one point count with what they show.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -47,22 +70,16 @@ impl Samples {
         &self.points[index * length..(index + 1) * length]
     }
 
-    /// Adds one cloud; `input` is the network's input, `[3, N]` in units of `metres_per_unit`.
-    pub fn push_input(
-        &mut self,
-        input: &[f32],
-        metres_per_unit: f64,
-        label: u32,
-        object: &ScannedObject,
-    ) {
+    /// Adds one cloud, which is the network's input, `[3, N]` in units of `metres_per_unit`.
+    pub fn push(&mut self, seen: &Seen<Vec<f32>>, metres_per_unit: f64) {
         for point in 0..self.point_count {
             let coordinate =
-                |axis: usize| input[axis * self.point_count + point] * metres_per_unit as f32;
+                |axis: usize| seen.taken[axis * self.point_count + point] * metres_per_unit as f32;
             self.points.extend([0, 1, 2].map(coordinate));
         }
-        self.labels.push(label);
-        self.view_counts.push(object.view_count as u32);
-        self.held.push(u32::from(object.held));
+        self.labels.push(seen.label);
+        self.view_counts.push(seen.view_count);
+        self.held.push(u32::from(seen.held));
     }
 
     /// One cloud as the network's input, `[3, N]` in units of `metres_per_unit`.
@@ -164,25 +181,18 @@ fn read(path: &Path) -> Result<(Samples, Samples)> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use nalgebra::Vector3;
-
     use super::*;
 
     fn samples(count: u32) -> Samples {
         let mut samples = Samples::new(2);
-        let object = ScannedObject {
-            points: Vec::new(),
-            up: Vector3::z(),
-            view_count: 3,
-            held: true,
-        };
         for label in 0..count {
-            samples.push_input(
-                &[1.0, 2.0, 3.0, 4.0, 5.0, label as f32],
-                0.5,
+            let seen = Seen {
                 label,
-                &object,
-            );
+                view_count: 3,
+                held: true,
+                taken: vec![1.0, 2.0, 3.0, 4.0, 5.0, label as f32],
+            };
+            samples.push(&seen, 0.5);
         }
         samples
     }

@@ -17,6 +17,6 @@ pub use metadata::{Centring, ModelMetadata};
 pub use model::{
     Answer, INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, Model, OUTPUT_NAME, Output, Timing,
 };
-pub use preprocess::preprocess;
+pub use preprocess::{preprocess, preprocess_parts};
 pub use provider::{Parameters, Provider};
 pub use runtime::RUNTIME_FILE;

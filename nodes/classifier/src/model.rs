@@ -9,7 +9,7 @@ use ort::value::{Outlet, TensorElementType};
 
 use crate::error::{ClassifyError, LoadError};
 use crate::metadata::ModelMetadata;
-use crate::preprocess::preprocess;
+use crate::preprocess::preprocess_parts;
 use crate::provider::Provider;
 use crate::{runtime, session};
 
@@ -141,7 +141,7 @@ impl Model {
         up: &Vector3<f64>,
     ) -> Result<Answer, ClassifyError> {
         let start = Instant::now();
-        let input = preprocess(points, up, &self.metadata)?;
+        let input = preprocess_parts(points, up, &self.metadata)?;
         let sampled = Instant::now();
         let output = self.infer(&input)?;
         let timing = Timing {
@@ -151,7 +151,7 @@ impl Model {
         answer(&output, &self.metadata, timing)
     }
 
-    /// The network alone: `input` as from [`preprocess`].
+    /// The network alone: `input` as from [`preprocess_parts`]; the answer is the mean of those to its samples.
     ///
     /// # Errors
     /// The network failed.

@@ -15,6 +15,12 @@ const NORMAL_NEIGHBOURS: NonZeroUsize = match NonZeroUsize::new(12) {
     None => NonZeroUsize::MIN,
 };
 
+/// Samples of one cloud that are judged together, at most. More add nothing.
+const SAMPLES_MAX: usize = 4;
+/// Points that each of several samples is chosen of, by point of the sample: fewer, and it is no longer as even as one of the
+/// whole cloud.
+const CHOICE_MIN: usize = 8;
+
 /// Makes the network's input from an object's cloud: samples N points, turns `up` to +z, moves the
 /// cloud to the origin and divides by the model's fixed length.
 ///
@@ -29,44 +35,101 @@ pub fn preprocess(
     up: &Vector3<f64>,
     model: &ModelMetadata,
 ) -> Result<Vec<f32>, PreprocessError> {
-    let model_from_cloud = rotation_between(up, &Vector3::z())?.cast::<f32>();
-    let turned: Vec<Point3<f32>> = points.iter().map(|p| model_from_cloud * p).collect();
-    let chosen = farthest_points(&turned, model.point_count)?;
-    let box_centre = || cloud::bounds(&turned).map(|bounds| bounds.centre());
-    let centre = match model.centring {
-        Centring::Centroid => cloud::centroid(&turned),
-        Centring::Box => box_centre(),
-        Centring::Sphere => cloud::sphere(&turned)
-            .filter(|sphere| sphere.median_distance_m < NEAR_SPHERE_M)
-            .map(|sphere| sphere.centre.cast())
-            .or_else(box_centre),
-    };
-    let centre = centre.unwrap_or_else(Point3::origin);
-    let units_per_metre = (1.0 / model.metres_per_unit) as f32;
-    let mut input = Vec::with_capacity(model.columns() * model.point_count);
-    for axis in 0..3 {
-        let coordinate = |&index: &usize| (turned[index][axis] - centre[axis]) * units_per_metre;
-        input.extend(chosen.iter().map(coordinate));
-    }
-    if model.normals {
-        let normals = normals(&turned, &chosen, &centre);
-        (0..3).for_each(|axis| input.extend(normals.iter().map(|normal| normal[axis])));
+    Placed::new(points, up, model)?.input(0, 1)
+}
+
+/// The same of up to four parts of the cloud, [S, 3 or 6, N]: every S-th point is in a part. That takes no more time than
+/// one sample of all points, and a point that is off counts for one of them only.
+///
+/// # Errors
+/// As [`preprocess`].
+pub fn preprocess_parts(
+    points: &[Point3<f32>],
+    up: &Vector3<f64>,
+    model: &ModelMetadata,
+) -> Result<Vec<f32>, PreprocessError> {
+    let placed = Placed::new(points, up, model)?;
+    let least = CHOICE_MIN * model.point_count;
+    let parts = (points.len() / least.max(1)).clamp(1, SAMPLES_MAX);
+    let mut input = Vec::with_capacity(parts * model.columns() * model.point_count);
+    for part in 0..parts {
+        input.extend(placed.input(part, parts)?);
     }
     Ok(input)
 }
 
-/// Unit normals of the chosen points, each of the plane through its nearest neighbours in the whole cloud, and turned
-/// away from the centre. Without a plane it points away from the centre itself.
-fn normals(points: &[Point3<f32>], chosen: &[usize], centre: &Point3<f32>) -> Vec<Vector3<f32>> {
-    let Some(tree) = Tree::new(points) else {
-        return Vec::new();
-    };
-    let normal = |&index: &usize| {
-        let point = &points[index];
-        let outward = point - centre;
+/// A cloud turned upright, and the point of it that becomes the origin.
+struct Placed<'a> {
+    model: &'a ModelMetadata,
+    points: Vec<Point3<f32>>,
+    centre: Point3<f32>,
+    /// Only for a network that takes normals.
+    tree: Option<Tree>,
+}
+
+impl<'a> Placed<'a> {
+    fn new(
+        points: &[Point3<f32>],
+        up: &Vector3<f64>,
+        model: &'a ModelMetadata,
+    ) -> Result<Self, PreprocessError> {
+        let model_from_cloud = rotation_between(up, &Vector3::z())?.cast::<f32>();
+        let points: Vec<Point3<f32>> = points.iter().map(|p| model_from_cloud * p).collect();
+        let box_centre = || cloud::bounds(&points).map(|bounds| bounds.centre());
+        let centre = match model.centring {
+            Centring::Centroid => cloud::centroid(&points),
+            Centring::Box => box_centre(),
+            Centring::Sphere => cloud::sphere(&points)
+                .filter(|sphere| sphere.median_distance_m < NEAR_SPHERE_M)
+                .map(|sphere| sphere.centre.cast())
+                .or_else(box_centre),
+        };
+        Ok(Self {
+            model,
+            centre: centre.unwrap_or_else(Point3::origin),
+            tree: model.normals.then(|| Tree::new(&points)).flatten(),
+            points,
+        })
+    }
+
+    /// The network's input of every `parts`-th point, from the point of number `part` on.
+    fn input(&self, part: usize, parts: usize) -> Result<Vec<f32>, PreprocessError> {
+        let Self { model, centre, .. } = self;
+        let of_part: Vec<_> = self
+            .points
+            .iter()
+            .skip(part)
+            .step_by(parts)
+            .copied()
+            .collect();
+        let chosen: Vec<Point3<f32>> = farthest_points(&of_part, model.point_count)?
+            .into_iter()
+            .map(|index| of_part[index])
+            .collect();
+        let units_per_metre = (1.0 / model.metres_per_unit) as f32;
+        let mut input = Vec::with_capacity(model.columns() * model.point_count);
+        for axis in 0..3 {
+            input.extend(
+                chosen
+                    .iter()
+                    .map(|point| (point[axis] - centre[axis]) * units_per_metre),
+            );
+        }
+        if let Some(tree) = &self.tree {
+            let normal = |point| self.normal(tree, point);
+            let normals: Vec<Vector3<f32>> = chosen.iter().map(normal).collect();
+            (0..3).for_each(|axis| input.extend(normals.iter().map(|normal| normal[axis])));
+        }
+        Ok(input)
+    }
+
+    /// Unit normal at a point, of the plane through its nearest neighbours in the whole cloud, turned away from the centre.
+    /// Without a plane it points away from the centre itself.
+    fn normal(&self, tree: &Tree, point: &Point3<f32>) -> Vector3<f32> {
+        let outward = point - self.centre;
         let mut moments = Moments::default();
         for neighbour in tree.nearest_n(point, NORMAL_NEIGHBOURS) {
-            moments.add(&(points[neighbour.index] - point).cast());
+            moments.add(&(self.points[neighbour.index] - point).cast());
         }
         let found = moments.plane().map(|plane| plane.normal.cast::<f32>());
         let normal = found.map_or_else(
@@ -78,8 +141,7 @@ fn normals(points: &[Point3<f32>], chosen: &[usize], centre: &Point3<f32>) -> Ve
         } else {
             normal
         }
-    };
-    chosen.iter().map(normal).collect()
+    }
 }
 
 /// Half of the points must be this near to a sphere for its centre to mean something: a camera's noise, not a can's side.

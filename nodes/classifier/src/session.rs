@@ -73,17 +73,18 @@ fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
     Ok(builder)
 }
 
-/// Runs the network on `input`, [3 or 6, N].
+/// Runs the network on `input`, [S, 3 or 6, N], and takes the mean of its S answers.
 pub fn infer(
     session: &mut Session,
     input: &[f32],
     metadata: &ModelMetadata,
 ) -> Result<Output, ClassifyError> {
     let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
-    let shape = [1, metadata.columns(), metadata.point_count];
-    let points = TensorRef::from_array_view((shape, input)).map_err(failed)?;
+    let (columns, points) = (metadata.columns(), metadata.point_count);
+    let samples = input.len() / (columns * points).max(1);
+    let clouds = TensorRef::from_array_view(([samples, columns, points], input)).map_err(failed)?;
     let outputs = session
-        .run(ort::inputs![INPUT_NAME => points])
+        .run(ort::inputs![INPUT_NAME => clouds])
         .map_err(failed)?;
     let values = |name: &str| -> Result<Option<Vec<f32>>, ClassifyError> {
         let Some(output) = outputs.get(name) else {
@@ -92,10 +93,11 @@ pub fn infer(
         let (_, values) = output.try_extract_tensor::<f32>().map_err(failed)?;
         Ok(Some(values.to_vec()))
     };
-    let log_probabilities = values(OUTPUT_NAME)?.unwrap_or_default();
-    let known_score = match values(KNOWN_SCORE_NAME)?.as_deref() {
-        Some([score, ..]) => *score,
-        _ => log_probabilities
+    let rows = values(OUTPUT_NAME)?.unwrap_or_default();
+    let log_probabilities = log_mean_exp(&rows, metadata.labels.len());
+    let known_score = match values(KNOWN_SCORE_NAME)? {
+        Some(scores) => scores.iter().sum::<f32>() / samples as f32,
+        None => log_probabilities
             .iter()
             .copied()
             .fold(f32::NEG_INFINITY, f32::max)
@@ -105,4 +107,16 @@ pub fn infer(
         log_probabilities,
         known_score,
     })
+}
+
+/// Logs of the mean probabilities of rows of `classes` log-probabilities. One row stays what it is, to the last bit.
+fn log_mean_exp(rows: &[f32], classes: usize) -> Vec<f32> {
+    if rows.len() <= classes {
+        return rows.to_vec();
+    }
+    let count = (rows.len() / classes.max(1)) as f32;
+    let of_class = |class: usize| rows.iter().skip(class).step_by(classes.max(1));
+    (0..classes)
+        .map(|class| (of_class(class).map(|log| log.exp()).sum::<f32>() / count).ln())
+        .collect()
 }

@@ -4,7 +4,10 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use classifier::{Centring, ClassifyError, LoadError, Model, ModelMetadata, Provider, preprocess};
+use classifier::{
+    Centring, ClassifyError, LoadError, Model, ModelMetadata, Output, Provider, preprocess,
+    preprocess_parts,
+};
 use nalgebra::{Point3, Vector3};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
 use tempfile::TempDir;
@@ -308,6 +311,55 @@ fn a_device_that_cannot_start_falls_back_to_the_cpu_and_says_so() {
             .label,
         "tall"
     );
+}
+
+#[test]
+fn large_clouds_are_judged_by_samples_of_their_parts() {
+    let model = metadata();
+    let line = |count: usize| -> Vec<Point3<f32>> {
+        let along = |index| Point3::new(index as f32, 0.0, 0.0);
+        (0..count).map(along).collect()
+    };
+    let parts = |count| preprocess_parts(&line(count), &Vector3::z(), &model).unwrap();
+    let few = line(63);
+    assert_eq!(
+        parts(63),
+        preprocess(&few, &Vector3::z(), &model).unwrap(),
+        "a small cloud has one part"
+    );
+    for (count, expected) in [(64, 2), (100, 3), (1000, 4)] {
+        let input = parts(count);
+        let samples = input.chunks(3 * POINT_COUNT);
+        let mut all_x: Vec<f32> = samples
+            .flat_map(|sample| &sample[..POINT_COUNT])
+            .copied()
+            .collect();
+        assert_eq!(all_x.len(), expected * POINT_COUNT, "{count} points");
+        all_x.sort_by(f32::total_cmp);
+        all_x.dedup();
+        assert_eq!(
+            all_x.len(),
+            expected * POINT_COUNT,
+            "no point is in two samples"
+        );
+    }
+}
+
+#[test]
+fn the_answer_to_several_samples_is_their_mean() {
+    let mut model = load_with(&Fault::default()).unwrap();
+    let inputs = [Vector3::x(), Vector3::z()]
+        .map(|along| preprocess(&stick(along), &Vector3::z(), model.metadata()).unwrap());
+    let each = inputs.each_ref().map(|input| model.infer(input).unwrap());
+    let together = model.infer(&inputs.concat()).unwrap();
+    for class in 0..together.log_probabilities.len() {
+        let probability = |output: &Output| f64::from(output.log_probabilities[class]).exp();
+        let mean = (probability(&each[0]) + probability(&each[1])) / 2.0;
+        assert!(
+            (probability(&together) - mean).abs() < 1e-6,
+            "class {class}"
+        );
+    }
 }
 
 #[test]

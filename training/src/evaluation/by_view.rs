@@ -3,7 +3,7 @@
 use classifier::{ModelMetadata, Output};
 use serde::Serialize;
 
-use crate::samples::Samples;
+use crate::samples::Seen;
 use crate::test::{Answered, Test};
 
 /// Answers on one kind of clouds.
@@ -21,38 +21,35 @@ pub struct DataTest {
 pub(super) fn by_view(
     data: &str,
     metadata: &ModelMetadata,
-    samples: &Samples,
-    answers: &[Output],
+    answers: &[Seen<Output>],
 ) -> Vec<DataTest> {
     const ON_BOX: &str = "on a box, without kinematics";
-    let mut view_counts = samples.view_counts.clone();
+    let mut view_counts: Vec<u32> = answers.iter().map(|answer| answer.view_count).collect();
     view_counts.sort_unstable();
     view_counts.dedup();
     // Only the whole surface has no views, and nobody holds it.
-    let scanned = |held: u32, views: Option<u32>| {
-        move |index: &usize| {
-            let count = samples.view_counts[*index];
-            let is_asked = views.map_or(count > 0, |views| count == views);
-            samples.held[*index] == held && is_asked
-        }
+    let select = |held: bool, views: Option<u32>| {
+        let is_asked = |answer: &&Seen<Output>| {
+            let count = answer.view_count;
+            answer.held == held && views.map_or(count > 0, |views| count == views)
+        };
+        answers.iter().filter(is_asked).collect::<Vec<_>>()
     };
-    let select = |of: &dyn Fn(&usize) -> bool| (0..samples.len()).filter(of).collect::<Vec<_>>();
     let mut kinds = Vec::new();
     for &views in &view_counts {
-        let held = u32::from(views > 0);
-        kinds.push((views_text(views), select(&scanned(held, Some(views)))));
+        kinds.push((views_text(views), select(views > 0, Some(views))));
     }
-    kinds.push((ON_BOX.to_owned(), select(&scanned(0, None))));
+    kinds.push((ON_BOX.to_owned(), select(false, None)));
     for &views in view_counts.iter().filter(|&&views| views > 0) {
         let name = format!("{ON_BOX}: {}", views_text(views));
-        kinds.push((name, select(&scanned(0, Some(views)))));
+        kinds.push((name, select(false, Some(views))));
     }
-    kinds.retain(|(_, indices)| !indices.is_empty());
-    let test = |(kind, indices): (String, Vec<usize>)| {
-        let answered = indices.iter().map(|&index| Answered {
-            log_probabilities: &answers[index].log_probabilities,
-            known_score: f64::from(answers[index].known_score),
-            label: samples.labels[index] as usize,
+    kinds.retain(|(_, answers)| !answers.is_empty());
+    let test = |(kind, answers): (String, Vec<&Seen<Output>>)| {
+        let answered = answers.iter().map(|answer| Answered {
+            log_probabilities: &answer.taken.log_probabilities,
+            known_score: f64::from(answer.taken.known_score),
+            label: answer.label as usize,
         });
         DataTest {
             data: format!("{data}: {kind}"),

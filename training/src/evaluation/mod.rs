@@ -6,15 +6,16 @@ mod known;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use classifier::{Model, Output};
+use classifier::{Model, Output, preprocess_parts};
 use serde::Serialize;
 
 pub use by_view::DataTest;
 pub use known::Known;
 
-use crate::dataset::simulate;
+use crate::dataset::see_all;
 use crate::mesh_dataset::{MeshDataset, MeshFile};
-use crate::samples::Samples;
+use crate::samples::Seen;
+use crate::scan::ScannedObject;
 use crate::scan_parameters::ScanParameters;
 use crate::specimens::{Labelled, Specimens};
 
@@ -57,20 +58,25 @@ pub fn evaluate(
 ) -> Result<Evaluation> {
     let metadata = model.metadata().clone();
     let (count, seed) = (settings.specimens, settings.seed);
-    let mut measure = |labelled: &[Labelled]| -> Result<(Samples, Vec<Output>)> {
-        let samples = simulate(labelled, &settings.scans, &metadata, seed, &finished)?;
-        let answers = answers(model, &samples)?;
-        Ok((samples, answers))
+    let take =
+        |object: &ScannedObject| preprocess_parts(&object.points, &object.up, &metadata).ok();
+    let mut measure = |labelled: &[Labelled]| -> Result<Vec<Seen<Output>>> {
+        let seen = see_all(labelled, &settings.scans, seed, take, &finished)?;
+        let mut answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
+        seen.into_iter().map(|seen| answer(seen)).collect()
     };
-    let scores = |answers: &[Output]| answers.iter().map(|answer| answer.known_score).collect();
+    let scores = |answers: &[Seen<Output>]| {
+        let answers = answers.iter();
+        answers.map(|answer| answer.taken.known_score).collect()
+    };
     let mut tests = Vec::new();
 
     let own = own_classes(&metadata.labels, count);
     let mut known_scores = Vec::new();
     if !own.is_empty() {
-        let (samples, answers) = measure(&own)?;
+        let answers = measure(&own)?;
         let data = format!("parametric objects, {count} specimens a class, seed {seed}");
-        tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
+        tests.extend(by_view::by_view(&data, &metadata, &answers));
         known_scores = scores(&answers);
     } else if settings.dataset.is_none() {
         let known = metadata.labels.join(", ");
@@ -79,14 +85,14 @@ pub fn evaluate(
         );
     }
     if let Some(folder) = &settings.dataset {
-        let (samples, answers) = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
+        let answers = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
         let data = format!("{}, {count} meshes a class", folder.display());
-        tests.extend(by_view::by_view(&data, &metadata, &samples, &answers));
+        tests.extend(by_view::by_view(&data, &metadata, &answers));
         if own.is_empty() {
             known_scores = scores(&answers);
         }
     }
-    let (_, strangers) = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
+    let strangers = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
     let known = Known::of(known_scores, scores(&strangers), metadata.known_threshold);
     Ok(Evaluation {
         model_id: metadata.run_id.clone(),
@@ -95,12 +101,6 @@ pub fn evaluate(
         tests,
         known,
     })
-}
-
-fn answers(model: &mut Model, samples: &Samples) -> Result<Vec<Output>> {
-    let metres_per_unit = model.metadata().metres_per_unit;
-    let inputs = (0..samples.len()).map(|index| samples.input(index, metres_per_unit));
-    inputs.map(|input| Ok(model.infer(&input)?)).collect()
 }
 
 /// The repository's own objects that the model knows.
