@@ -62,8 +62,8 @@ pub fn evaluate(
         |object: &ScannedObject| preprocess_parts(&object.points, &object.up, &metadata).ok();
     let mut measure = |labelled: &[Labelled]| -> Result<Vec<Seen<Output>>> {
         let seen = see_all(labelled, &settings.scans, seed, take, &finished)?;
-        let mut answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
-        seen.into_iter().map(|seen| answer(seen)).collect()
+        let answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
+        seen.into_iter().map(answer).collect()
     };
     let scores = |answers: &[Seen<Output>]| {
         let answers = answers.iter();
