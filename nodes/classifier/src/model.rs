@@ -9,7 +9,7 @@ use ort::value::{Outlet, TensorElementType};
 
 use crate::error::{ClassifyError, LoadError};
 use crate::metadata::ModelMetadata;
-use crate::preprocess::preprocess_parts;
+use crate::preprocess::{SAMPLES, preprocess_parts};
 use crate::provider::Provider;
 use crate::{runtime, session};
 
@@ -69,7 +69,7 @@ pub struct Answer {
 }
 
 impl Model {
-    /// Loads a model file and runs it once, so that the first real cloud does not wait.
+    /// Loads a model file and runs it on one sample and on several, so that the first real cloud does not wait.
     ///
     /// If OpenVINO is asked for and cannot start, the model runs on ONNX Runtime's CPU provider
     /// and [`Model::fallback_reason`] says why. `device` is OpenVINO's: CPU, GPU or AUTO.
@@ -89,10 +89,12 @@ impl Model {
         let mut session = session::cpu(environment, &bytes).map_err(corrupt)?;
         let metadata = checked_metadata(&session, path)?;
         let infer_blank = |session: &mut Session| {
-            let blank = vec![0.0; metadata.columns() * metadata.point_count];
-            session::infer(session, &blank, &metadata)
-                .map(|_| ())
-                .map_err(|error| error.to_string())
+            let sample = metadata.columns() * metadata.point_count;
+            let mut infer = |samples| {
+                session::infer(session, &vec![0.0; samples * sample], &metadata)
+                    .map_err(|error| error.to_string())
+            };
+            infer(SAMPLES).and_then(|_| infer(1)).map(|_| ())
         };
         infer_blank(&mut session).map_err(corrupt)?;
         let mut running = Provider::Cpu.to_string();

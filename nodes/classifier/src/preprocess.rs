@@ -15,11 +15,11 @@ const NORMAL_NEIGHBOURS: NonZeroUsize = match NonZeroUsize::new(12) {
     None => NonZeroUsize::MIN,
 };
 
-/// Samples of one cloud that are judged together, at most. More add nothing.
-const SAMPLES_MAX: usize = 4;
-/// Points that each of several samples is chosen of, by point of the sample: fewer, and it is no longer as even as one of the
-/// whole cloud.
-const CHOICE_MIN: usize = 8;
+/// Samples of a large cloud that are judged together. More add nothing.
+pub(crate) const SAMPLES: usize = 4;
+/// Points that each of them is chosen of, by point of the sample: of fewer, it would be less even than one of the whole
+/// cloud.
+const CHOICE_MIN: usize = 4;
 
 /// Makes the network's input from an object's cloud: samples N points, turns `up` to +z, moves the
 /// cloud to the origin and divides by the model's fixed length.
@@ -38,8 +38,8 @@ pub fn preprocess(
     Placed::new(points, up, model)?.input(0, 1)
 }
 
-/// The same of up to four parts of the cloud, [S, 3 or 6, N]: every S-th point is in a part. That takes no more time than
-/// one sample of all points, and a point that is off counts for one of them only.
+/// The same of four parts of a large cloud, [4, 3 or 6, N]: every fourth point is in a part. That takes no more time than
+/// one sample of all points, and a point that is off counts for one of them only. A small cloud is one part.
 ///
 /// # Errors
 /// As [`preprocess`].
@@ -49,8 +49,8 @@ pub fn preprocess_parts(
     model: &ModelMetadata,
 ) -> Result<Vec<f32>, PreprocessError> {
     let placed = Placed::new(points, up, model)?;
-    let least = CHOICE_MIN * model.point_count;
-    let parts = (points.len() / least.max(1)).clamp(1, SAMPLES_MAX);
+    let is_large = points.len() >= SAMPLES * CHOICE_MIN * model.point_count;
+    let parts = if is_large { SAMPLES } else { 1 };
     let mut input = Vec::with_capacity(parts * model.columns() * model.point_count);
     for part in 0..parts {
         input.extend(placed.input(part, parts)?);
