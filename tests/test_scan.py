@@ -33,7 +33,7 @@ def test_scan_names_the_object(sim):
     assert result.label == result.labels[result.probabilities.index(max(result.probabilities))]
     assert sum(result.probabilities) == pytest.approx(1, abs=1e-6)
     assert result.provider == 'openvino:CPU'
-    assert {'capture', 'register', 'crop', 'sample', 'infer'} <= set(milliseconds(result.timing))
+    assert {'capture', 'settle', 'register', 'crop', 'sample', 'infer'} <= set(milliseconds(result.timing))
 
 
 def test_one_id_runs_through_all_messages_of_a_scan(sim):

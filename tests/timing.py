@@ -1,6 +1,6 @@
 """Times of a scan's stages."""
 
-STAGES = ('capture', 'register', 'crop', 'sample', 'infer')
+STAGES = ('capture', 'settle', 'register', 'crop', 'sample', 'infer')
 
 
 def milliseconds(timing):

@@ -71,7 +71,8 @@ impl MeshClouds {
         finished: impl Fn() + Sync,
     ) -> Result<Self> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let split = split(dataset, sampling, &mut random)?;
+        let (test, validation) = (sampling.test_share, sampling.validation_share);
+        let split = split(dataset, test, validation, &mut random)?;
         let point_count = sampling.kept_points.max(metadata.point_count);
         let surface_points = sampling.surface_points.max(point_count);
         let metadata = ModelMetadata {

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use sim_dataset::digest::hex_digest;
 use sim_dataset::folder::Folder;
 use sim_dataset::manifest::{Row, from_csv};
-use sim_dataset::mesh_file::hex_digest;
 use sim_dataset::plan::file_name;
 use sim_objects::{Mesh, ObjectClass, file::MILLIMETRE};
 

@@ -4,7 +4,6 @@ use anyhow::{Result, ensure};
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 
-use crate::mesh_clouds::MeshSampling;
 use crate::mesh_dataset::MeshDataset;
 
 /// What a cloud is for. The numbers are those of the file.
@@ -18,11 +17,13 @@ pub enum Split {
     Test = 2,
 }
 
-/// What each mesh is for, at random within each class. The meshes of one grasp stay together: they are so alike that one
-/// would tell the answer to the other.
+/// What each mesh is for, at random within each class: `test_share` of them is tested on, and `validation_share` of the
+/// others chooses the epoch. The meshes of one grasp stay together: they are so alike that one would tell the answer to the
+/// other.
 pub(crate) fn split(
     dataset: &MeshDataset,
-    sampling: &MeshSampling,
+    test_share: f64,
+    validation_share: f64,
     random: &mut Pcg64Mcg,
 ) -> Result<Vec<u32>> {
     let mut split = vec![Split::Train as u32; dataset.meshes.len()];
@@ -40,8 +41,8 @@ pub(crate) fn split(
             grasps.len()
         );
         grasps.shuffle(random);
-        let (test, others) = cut(&grasps, sampling.test_share);
-        let (validation, _) = cut(others, sampling.validation_share);
+        let (test, others) = cut(&grasps, test_share);
+        let (validation, _) = cut(others, validation_share);
         for (part, grasps) in [(Split::Test, test), (Split::Validation, validation)] {
             for &index in grasps.iter().copied().flatten() {
                 split[index] = part as u32;

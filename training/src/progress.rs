@@ -1,11 +1,50 @@
-//! The progress bar of a run.
+//! What a run is at, and its progress bar.
 
 use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::epoch::EpochReport;
-use crate::run::Stage;
+
+/// What the run is at, for a progress display.
+#[derive(Debug, Clone, Copy)]
+pub enum Stage {
+    /// Scans are being made.
+    Scanning {
+        /// How many specimens.
+        specimens: usize,
+    },
+    /// Clouds are being made of meshes.
+    Sampling {
+        /// How many meshes.
+        meshes: usize,
+    },
+    /// One specimen or mesh is finished.
+    Scanned,
+    /// The network is being trained.
+    Training {
+        /// Steps at most.
+        steps: usize,
+    },
+    /// One step is finished.
+    Step {
+        /// From 1.
+        epoch: usize,
+        /// Mean loss of the epoch so far.
+        loss: f64,
+        /// Accuracy of the epoch so far.
+        accuracy: f64,
+    },
+    /// An epoch is finished.
+    Epoch(EpochReport),
+    /// An interrupted run goes on.
+    Resumed {
+        /// Epochs that are done.
+        epochs: usize,
+        /// Their steps.
+        steps: usize,
+    },
+}
 
 /// Shows what a run is at.
 pub fn show(bar: &ProgressBar, stage: Stage) {

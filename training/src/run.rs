@@ -16,6 +16,7 @@ use crate::epoch::EpochReport;
 use crate::export::{encode, write_atomically, write_model};
 use crate::metrics::Confusion;
 use crate::network::{Network, NetworkKind};
+use crate::progress::Stage;
 use crate::settings::Settings;
 use crate::source::{Data, Source};
 use crate::trainer::{Event, train};
@@ -66,46 +67,6 @@ pub struct Results {
     pub test: Option<Test>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
-}
-
-/// What the run is at, for a progress display.
-#[derive(Debug, Clone, Copy)]
-pub enum Stage {
-    /// Scans are being made.
-    Scanning {
-        /// How many specimens.
-        specimens: usize,
-    },
-    /// Clouds are being made of meshes.
-    Sampling {
-        /// How many meshes.
-        meshes: usize,
-    },
-    /// One specimen or mesh is finished.
-    Scanned,
-    /// The network is being trained.
-    Training {
-        /// Steps at most.
-        steps: usize,
-    },
-    /// One step is finished.
-    Step {
-        /// From 1.
-        epoch: usize,
-        /// Mean loss of the epoch so far.
-        loss: f64,
-        /// Accuracy of the epoch so far.
-        accuracy: f64,
-    },
-    /// An epoch is finished.
-    Epoch(EpochReport),
-    /// An interrupted run goes on.
-    Resumed {
-        /// Epochs that are done.
-        epochs: usize,
-        /// Their steps.
-        steps: usize,
-    },
 }
 
 /// Makes or finds the clouds in `output`, trains, writes the model file, and run.yaml in a folder of `output`. A run that

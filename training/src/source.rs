@@ -14,7 +14,7 @@ use crate::mesh_clouds::MeshClouds;
 use crate::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
 use crate::mesh_split::{Split, split};
 use crate::network::NetworkKind;
-use crate::run::Stage;
+use crate::progress::Stage;
 use crate::samples::{Samples, read_npz, write_npz};
 use crate::settings::{Settings, fingerprint};
 use crate::specimens::Labelled;
@@ -154,7 +154,13 @@ fn scan(
     show: &(impl Fn(Stage) + Sync),
 ) -> Result<(Samples, Samples)> {
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let split = split(dataset, &settings.meshes, &mut random)?;
+    let shares = &settings.meshes;
+    let split = split(
+        dataset,
+        shares.test_share,
+        shares.validation_share,
+        &mut random,
+    )?;
     let none = metadata.labels.len() as u32;
     let labelled = |each, strangers, training| -> Result<Vec<Labelled>> {
         let meshes = |object: &str| meshes_of(dataset, &split, object, training);

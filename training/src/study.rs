@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use crate::backend::Backend;
 use crate::export::write_atomically;
 use crate::metrics::Confusion;
-use crate::run::{Order, Results, Stage, run, run_id};
+use crate::progress::Stage;
+use crate::run::{Order, Results, run, run_id};
 use crate::settings::Settings;
 use crate::source::Source;
 

@@ -11,14 +11,15 @@ use std::sync::{Mutex, OnceLock};
 
 use classifier::{Model, Provider};
 use nalgebra::{Point3, Vector3};
-use sim_dataset::generate::{self, generate};
+use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
 use sim_objects::file::MILLIMETRE;
 use sim_objects::{ObjectClass, Stranger};
 use training::backend::Backend;
 use training::mesh_clouds::{MeshClouds, Split};
+use training::progress::Stage;
 use training::report::describe;
-use training::run::{Order, Stage, run};
+use training::run::{Order, run};
 use training::settings::Settings;
 
 fn make(out: &Path, objects: &[ObjectClass], count: usize) {
@@ -27,7 +28,7 @@ fn make(out: &Path, objects: &[ObjectClass], count: usize) {
 }
 
 fn make_of(out: &Path, sources: Vec<Source>, count: usize) {
-    let order = generate::Order {
+    let order = sim_dataset::order::Order {
         sources,
         out: out.to_path_buf(),
         count: NonZeroUsize::new(count),

@@ -6,7 +6,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
-use sim_dataset::generate::{self, generate};
+use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
 use sim_objects::ObjectClass;
 use training::backend::Backend;
@@ -18,7 +18,7 @@ fn a_study_reports_all_and_trains_nothing_twice() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = folder.path().join("dataset");
     let objects = [ObjectClass::MediumBall, ObjectClass::LargeCup];
-    let order = generate::Order {
+    let order = sim_dataset::order::Order {
         sources: objects.map(Source::Parametric).to_vec(),
         out: dataset.clone(),
         count: NonZeroUsize::new(18),

@@ -6,7 +6,8 @@ use std::sync::Mutex;
 
 use classifier::{Model, Provider};
 use training::backend::Backend;
-use training::run::{Order, Results, Stage, run};
+use training::progress::Stage;
+use training::run::{Order, Results, run};
 use training::settings::Settings;
 
 fn small() -> Settings {

@@ -59,13 +59,6 @@ pub(crate) fn master_uri() -> String {
         .unwrap_or_else(|| "http://localhost:11311".into())
 }
 
-/// Host and port of a URI as ROS writes them: http://HOST:PORT/.
-pub(crate) fn authority(uri: &str) -> Option<&str> {
-    let rest = uri.strip_prefix("http://")?.trim_end_matches('/');
-    let (_, port) = rest.rsplit_once(':')?;
-    port.parse::<u16>().is_ok().then_some(rest)
-}
-
 /// Whether the master answers now.
 pub(crate) fn check_master() -> std::io::Result<()> {
     xmlrpc::ping(&master_uri(), MASTER_DEADLINE).map(drop)
@@ -90,7 +83,7 @@ fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), Environ
 }
 
 fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
-    authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
+    xmlrpc::authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
     loop {
         if xmlrpc::ping(uri, MASTER_DEADLINE).is_ok() {
             return Ok(());

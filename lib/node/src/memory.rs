@@ -5,10 +5,10 @@ use std::ffi::c_int;
 /// Blocks up to this size stay with the process when they are freed: images and clouds come thirty times a second, and new
 /// memory for each costs milliseconds.
 const KEPT_BYTES: c_int = 32 << 20;
-/// Free memory beyond this at the end of the heap is returned.
+/// So does free memory up to this size at the end of the heap.
 const SPARE_BYTES: c_int = 16 << 20;
 
-/// Makes the threads share one heap.
+/// Makes the threads share one heap, which keeps what is freed.
 ///
 /// By itself, glibc keeps a heap for each thread, of which a node has dozens: each becomes as large as the worst moment of
 /// its thread.
@@ -19,5 +19,14 @@ pub fn share_heap() {
         libc::mallopt(libc::M_ARENA_MAX, 1);
         libc::mallopt(libc::M_MMAP_THRESHOLD, KEPT_BYTES);
         libc::mallopt(libc::M_TRIM_THRESHOLD, SPARE_BYTES);
+    }
+}
+
+/// Returns what is free; called now and then, so that one worst moment does not make the process large for ever.
+#[allow(unsafe_code)] // no crate in use offers this call
+pub fn return_free() {
+    // SAFETY: the allocator locks its heap meanwhile; memory in use is not touched.
+    unsafe {
+        libc::malloc_trim(0);
     }
 }

@@ -155,8 +155,7 @@ impl Known {
 
 impl Peer {
     fn host(&self) -> String {
-        let host =
-            environment::authority(&self.uri).and_then(|authority| authority.rsplit_once(':'));
+        let host = xmlrpc::authority(&self.uri).and_then(|authority| authority.rsplit_once(':'));
         host.map(|(host, _)| host.into()).unwrap_or_default()
     }
 

@@ -5,8 +5,8 @@
 //! one that was stopped, or one whose cable was pulled holds up all others. Here such connections are ended from aside.
 
 use crate::acknowledgement;
-use crate::environment::authority;
 use crate::tcp_info::TcpBytes;
+use crate::xmlrpc::authority;
 use socket2::{SockRef, TcpKeepalive};
 use std::collections::{HashMap, HashSet};
 use std::net::{Shutdown, SocketAddr};

@@ -5,6 +5,7 @@ use crate::bounded::Bounded;
 use crate::environment;
 use crate::link::{Report, Tended};
 use crate::service::resolved;
+use crate::xmlrpc::authority;
 
 use rosrust::Message;
 use std::collections::HashMap;
@@ -303,8 +304,7 @@ impl Tended for Core {
 /// Whether a connection to `end` may carry a topic of the node at `uri`: it is to the same computer, but not to the port
 /// that answers questions.
 fn may_carry(uri: &str, end: SocketAddr) -> bool {
-    let Some((host, port)) = environment::authority(uri).and_then(|whole| whole.rsplit_once(':'))
-    else {
+    let Some((host, port)) = authority(uri).and_then(|whole| whole.rsplit_once(':')) else {
         return false;
     };
     let same_host = host.parse::<IpAddr>().map_or(true, |host| host == end.ip());

@@ -4,6 +4,7 @@ use crate::clock::Clock;
 use crate::environment;
 use crate::health::Health;
 use crate::link::Tended;
+use crate::memory;
 use crate::sockets::Sockets;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -14,6 +15,7 @@ const TEND_PERIOD: Duration = Duration::from_millis(200);
 const SOCKETS_PERIOD: Duration = Duration::from_millis(250);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
+const MEMORY_PERIOD: Duration = Duration::from_secs(10);
 
 /// All links of the node.
 #[derive(Default)]
@@ -56,8 +58,8 @@ pub(crate) struct Duties {
     pub restore: Box<dyn Fn() + Send>,
 }
 
-/// Starts the threads: for time and diagnostics, for sockets, and one each for the links and the master, which may wait for
-/// the network.
+/// Starts the threads: for time and diagnostics, for sockets, for memory, and one each for the links and the master, which
+/// may wait for the network.
 pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
     let Duties {
         registry,
@@ -86,6 +88,7 @@ pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
             let _ = ended.send(sockets.tend());
         }
     })?;
+    spawn("memory", MEMORY_PERIOD, memory::return_free)?;
     let links = Arc::clone(&registry);
     spawn("links", TEND_PERIOD, move || {
         links.living().iter().for_each(|link| link.tend());

@@ -1,12 +1,18 @@
 //! Calls of the ROS master and of nodes that end by their deadline; rosrust's own wait as long as TCP does.
 
-use crate::environment::authority;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
 /// Bytes of an answer that are read at most; the answers asked for here are short.
 const ANSWER_BYTES_MAX: usize = 64 << 10;
+
+/// Host and port of a URI as ROS writes them: http://HOST:PORT/.
+pub(crate) fn authority(uri: &str) -> Option<&str> {
+    let rest = uri.strip_prefix("http://")?.trim_end_matches('/');
+    let (_, port) = rest.rsplit_once(':')?;
+    port.parse::<u16>().is_ok().then_some(rest)
+}
 
 /// The time in which `uri` (a node's or the master's) answers, whatever it says.
 pub(crate) fn ping(uri: &str, deadline: Duration) -> io::Result<Duration> {

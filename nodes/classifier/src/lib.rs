@@ -14,9 +14,8 @@ mod session;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
 pub use metadata::{Centring, ModelMetadata};
-pub use model::{
-    Answer, INPUT_NAME, KNOWN_SCORE_NAME, MAX_MODEL_BYTES, Model, OUTPUT_NAME, Output, Timing,
-};
+pub use model::{Answer, MAX_MODEL_BYTES, Model, Timing};
 pub use preprocess::{preprocess, preprocess_parts};
 pub use provider::{Parameters, Provider};
 pub use runtime::RUNTIME_FILE;
+pub use session::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};

@@ -11,28 +11,11 @@ use crate::error::{ClassifyError, LoadError};
 use crate::metadata::ModelMetadata;
 use crate::preprocess::{SAMPLES, preprocess_parts};
 use crate::provider::Provider;
+use crate::session::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
 use crate::{runtime, session};
 
 /// Largest accepted model file (paper, Sec. VI-B.3).
 pub const MAX_MODEL_BYTES: u64 = 100_000;
-/// Name of the network's input, float32 `[B, 3, N]`; `[B, 6, N]` with normals.
-pub const INPUT_NAME: &str = "points";
-/// Name of the network's output, float32 `[B, C]`.
-pub const OUTPUT_NAME: &str = "log_probabilities";
-
-/// Name of a second output that a network may have, float32 `[B]`: how much like the classes the cloud is. Without it, the
-/// highest probability says so.
-pub const KNOWN_SCORE_NAME: &str = "known_score";
-
-/// What the network says of one cloud.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Output {
-    /// `[C]`
-    pub log_probabilities: Vec<f32>,
-    /// How much like the classes the cloud is; compared with the model's threshold.
-    pub known_score: f32,
-}
-
 /// A model that is ready to classify.
 #[derive(Debug)]
 pub struct Model {

@@ -7,7 +7,24 @@ use ort::value::TensorRef;
 
 use crate::error::ClassifyError;
 use crate::metadata::ModelMetadata;
-use crate::model::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
+
+/// Name of the network's input, float32 `[B, 3, N]`; `[B, 6, N]` with normals.
+pub const INPUT_NAME: &str = "points";
+/// Name of the network's output, float32 `[B, C]`.
+pub const OUTPUT_NAME: &str = "log_probabilities";
+
+/// Name of a second output that a network may have, float32 `[B]`: how much like the classes the cloud is. Without it, the
+/// highest probability says so.
+pub const KNOWN_SCORE_NAME: &str = "known_score";
+
+/// What the network says of one cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// `[C]`
+    pub log_probabilities: Vec<f32>,
+    /// How much like the classes the cloud is; compared with the model's threshold.
+    pub known_score: f32,
+}
 
 /// A session on ONNX Runtime's own code.
 pub fn cpu(environment: &Environment, bytes: &[u8]) -> Result<Session, String> {

@@ -1,7 +1,7 @@
 //! Makes a dataset, or what is missing in it.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -11,55 +11,11 @@ use rayon::prelude::*;
 use crate::error::DatasetError;
 use crate::folder::Folder;
 use crate::object::{Object, Source};
+use crate::order::{Order, Progress};
 use crate::plan::ObjectPlan;
 use crate::record::Record;
 use crate::run::Run;
-use crate::settings::Settings;
-use crate::shard::Shard;
 use crate::summary::Summary;
-
-/// What to make, and how.
-#[derive(Debug, Clone)]
-pub struct Order {
-    /// What is dented; the names differ.
-    pub sources: Vec<Source>,
-    /// The dataset's folder.
-    pub out: PathBuf,
-    /// Meshes of each object; by the paper's sampling ratio when `None`.
-    pub count: Option<NonZeroUsize>,
-    /// Everything random comes from this.
-    pub seed: u64,
-    /// Threads.
-    pub jobs: NonZeroUsize,
-    /// The part to make; all when `None`.
-    pub shard: Option<Shard>,
-    /// How meshes are made.
-    pub settings: Settings,
-}
-
-/// What a run is at, for a progress display.
-#[derive(Debug, Clone, Copy)]
-pub enum Progress {
-    /// Objects are being prepared.
-    Preparing {
-        /// How many.
-        objects: usize,
-    },
-    /// One object is prepared.
-    Prepared,
-    /// Meshes are being made.
-    Making {
-        /// How many are wanted.
-        meshes: usize,
-        /// How many of these earlier runs have finished.
-        kept: usize,
-    },
-    /// Some meshes are finished.
-    Made {
-        /// How many.
-        meshes: usize,
-    },
-}
 
 /// Makes what is missing in the folder. Ends early, between two units, once `stop` is true.
 ///

@@ -6,6 +6,7 @@
 //!
 //! All lengths are metres, except in the files: there they are millimetres.
 
+pub mod digest;
 pub mod error;
 pub mod folder;
 pub mod generate;
@@ -14,6 +15,7 @@ pub mod manifest;
 pub mod merge;
 pub mod mesh_file;
 pub mod object;
+pub mod order;
 pub mod plan;
 pub mod plot;
 pub mod record;

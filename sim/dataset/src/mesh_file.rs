@@ -3,19 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
 use sim_objects::Mesh;
 use sim_objects::file::write_ply;
 
+use crate::digest::hex_digest;
 use crate::error::DatasetError;
 use crate::folder::UNFINISHED;
 use crate::manifest::Row;
-
-/// SHA-256 as text.
-pub fn hex_digest(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 /// Whether the file is the one that the row was written for. A crash of the machine can have cut it off.
 pub fn belongs(path: &Path, row: &Row) -> bool {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use sim_deform::Denter;
 use sim_objects::{Mesh, ObjectClass, Variation};
 
+use crate::digest::hex_digest;
 use crate::error::DatasetError;
-use crate::mesh_file::hex_digest;
 use crate::settings::Settings;
 
 /// Longest extents between which something can be an object for a gripper, m.

@@ -10,11 +10,11 @@ use sim_deform::Dent;
 
 use crate::error::DatasetError;
 use crate::folder::{Folder, Rows, keyed};
-use crate::generate::{Order, Progress};
 use crate::journal::Journal;
 use crate::manifest::Row;
 use crate::mesh_file;
 use crate::object::Object;
+use crate::order::{Order, Progress};
 use crate::plan::{ObjectPlan, Unit, file_name};
 use crate::plot;
 

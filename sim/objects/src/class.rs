@@ -4,7 +4,11 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::mesh::Mesh;
-use crate::profile;
+use crate::outline::{
+    LARGE_CUP_MM, MEDIUM_BALL_MM, MEDIUM_CAN_MM, MEDIUM_CUP_MM, SMALL_BALL_MM, SMALL_CUP_MM,
+    TINY_BALL_MM, food_can_mm,
+};
+use crate::profile::{SEGMENTS, ball, revolve, subdivided};
 use crate::variation::Variation;
 
 /// One of the paper's eight objects. The order of [`ObjectClass::ALL`] is the order of a model's labels.
@@ -63,9 +67,23 @@ impl ObjectClass {
         )
     }
 
+    /// Closed outline (radius, height) in metres, from the axis at the bottom, outward and up, to the axis again.
+    fn outline_m(self) -> Vec<[f32; 2]> {
+        match self {
+            ObjectClass::MediumCan => subdivided(MEDIUM_CAN_MM),
+            ObjectClass::FoodCan => subdivided(&food_can_mm()),
+            ObjectClass::SmallCup => subdivided(SMALL_CUP_MM),
+            ObjectClass::MediumCup => subdivided(MEDIUM_CUP_MM),
+            ObjectClass::LargeCup => subdivided(LARGE_CUP_MM),
+            ObjectClass::TinyBall => ball(TINY_BALL_MM),
+            ObjectClass::SmallBall => ball(SMALL_BALL_MM),
+            ObjectClass::MediumBall => ball(MEDIUM_BALL_MM),
+        }
+    }
+
     /// The undented object in the object frame.
     pub fn mesh(self, variation: &Variation) -> Mesh {
-        let mut mesh = profile::revolve(&profile::of(self), profile::SEGMENTS);
+        let mut mesh = revolve(&self.outline_m(), SEGMENTS);
         variation.apply(&mut mesh);
         mesh
     }

@@ -4,32 +4,13 @@ use std::f32::consts::TAU;
 
 use nalgebra::Point3;
 
-use crate::class::ObjectClass;
 use crate::mesh::Mesh;
-use crate::outline::{
-    LARGE_CUP_MM, MEDIUM_BALL_MM, MEDIUM_CAN_MM, MEDIUM_CUP_MM, SMALL_BALL_MM, SMALL_CUP_MM,
-    TINY_BALL_MM, food_can_mm,
-};
 
 /// Points round the axis. A multiple of four, so that the widest ring reaches the exact extent on x and y.
 pub(crate) const SEGMENTS: usize = 64;
 /// Longest step along an outline.
 const STEP_M: f32 = 0.006;
 const BALL_RINGS: usize = 48;
-
-/// Closed outline (radius, height) in metres, from the axis at the bottom, outward and up, to the axis again.
-pub(crate) fn of(class: ObjectClass) -> Vec<[f32; 2]> {
-    match class {
-        ObjectClass::MediumCan => subdivided(MEDIUM_CAN_MM),
-        ObjectClass::FoodCan => subdivided(&food_can_mm()),
-        ObjectClass::SmallCup => subdivided(SMALL_CUP_MM),
-        ObjectClass::MediumCup => subdivided(MEDIUM_CUP_MM),
-        ObjectClass::LargeCup => subdivided(LARGE_CUP_MM),
-        ObjectClass::TinyBall => ball(TINY_BALL_MM),
-        ObjectClass::SmallBall => ball(SMALL_BALL_MM),
-        ObjectClass::MediumBall => ball(MEDIUM_BALL_MM),
-    }
-}
 
 /// Surface of revolution about z of an outline of (radius, height) in metres.
 ///
@@ -86,7 +67,8 @@ impl Ring {
     }
 }
 
-fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
+/// A closed outline (radius, height) in metres of corners in millimetres, with more points between them.
+pub(crate) fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
     let metres = |p: [f32; 2]| p.map(|length_mm| length_mm / 1000.0);
     let mut outline_m = vec![metres(outline_mm[0])];
     for pair in outline_mm.windows(2) {
@@ -101,7 +83,7 @@ fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
 }
 
 /// The outline of a ball from its radii by angle (degrees) from the top; straight between them, on the axis at both ends.
-fn ball(radii_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
+pub(crate) fn ball(radii_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
     let radius_m = |degrees: f32| {
         let after = radii_mm.partition_point(|entry| entry[0] <= degrees);
         let [from, to] = [after - 1, after.min(radii_mm.len() - 1)].map(|index| radii_mm[index]);

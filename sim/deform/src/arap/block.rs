@@ -1,6 +1,7 @@
 //! One block of columns of a triangular solve.
 
-use super::cholesky::Lane;
+/// Three components of an unknown, and one to fill the machine's registers.
+pub(super) type Lane = [f64; 4];
 
 /// Solves a block's own unknowns and takes them out of the rows below. `below` starts at row `base`.
 #[inline(always)]

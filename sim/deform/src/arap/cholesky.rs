@@ -11,11 +11,8 @@ use faer::sparse::linalg::{SupernodalThreshold, SymbolicSupernodalParams, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Par, Side};
 
-use super::block::{lower, upper};
+use super::block::{Lane, lower, upper};
 use crate::one_ring::OneRings;
-
-/// Three components of an unknown, and one to fill the machine's registers.
-pub(super) type Lane = [f64; 4];
 
 /// faer could not factor: the matrix is singular to rounding, or memory ran out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

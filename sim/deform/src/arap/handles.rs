@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::cholesky::{Cholesky, Lane};
+use super::block::Lane;
+use super::cholesky::Cholesky;
 use super::energy::{Rotations, Surface};
 use super::minimise::Places;
 

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
-use super::cholesky::{Cholesky, Lane};
+use super::block::Lane;
+use super::cholesky::Cholesky;
 use super::energy::{Rotations, Surface};
 
 /// Where the vertices go when the rotations are given.
