@@ -15,7 +15,6 @@ const TEND_PERIOD: Duration = Duration::from_millis(200);
 const SOCKETS_PERIOD: Duration = Duration::from_millis(250);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
-const MEMORY_PERIOD: Duration = Duration::from_secs(10);
 
 /// All links of the node.
 #[derive(Default)]
@@ -58,8 +57,8 @@ pub(crate) struct Duties {
     pub restore: Box<dyn Fn() + Send>,
 }
 
-/// Starts the threads: for time and diagnostics, for sockets, for memory, and one each for the links and the master, which
-/// may wait for the network.
+/// Starts the threads: for time, diagnostics and memory, for sockets, and one each for the links and the master, which may
+/// wait for the network.
 pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
     let Duties {
         registry,
@@ -76,6 +75,7 @@ pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
                 reported = Instant::now();
                 let links = links.living();
                 health.publish(links.iter().filter_map(|link| link.report()).collect());
+                memory::return_free();
             }
         }
     })?;
@@ -88,7 +88,6 @@ pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
             let _ = ended.send(sockets.tend());
         }
     })?;
-    spawn("memory", MEMORY_PERIOD, memory::return_free)?;
     let links = Arc::clone(&registry);
     spawn("links", TEND_PERIOD, move || {
         links.living().iter().for_each(|link| link.tend());
