@@ -22,7 +22,7 @@ pub fn share_heap() {
     }
 }
 
-/// Returns what is free; called each second, so that one worst moment does not make the process large for ever.
+/// Returns what is free; called now and then, so that one worst moment does not make the process large for ever.
 #[allow(unsafe_code)] // no crate in use offers this call
 pub fn return_free() {
     // SAFETY: the allocator locks its heap meanwhile; memory in use is not touched.

@@ -14,6 +14,8 @@ const TICK: Duration = Duration::from_millis(20);
 const TEND_PERIOD: Duration = Duration::from_millis(200);
 const SOCKETS_PERIOD: Duration = Duration::from_millis(250);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
+/// Memory that was returned costs milliseconds when it is needed again: not before each image, that is.
+const MEMORY_PERIOD: Duration = Duration::from_secs(3);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
 
 /// All links of the node.
@@ -68,13 +70,16 @@ pub(crate) fn start(duties: Duties) -> std::io::Result<()> {
     } = duties;
     let links = Arc::clone(&registry);
     spawn("supervisor", TICK, {
-        let mut reported = Instant::now();
+        let (mut reported, mut returned) = (Instant::now(), Instant::now());
         move || {
             clock.observe(rosrust::now());
             if reported.elapsed() >= REPORT_PERIOD {
                 reported = Instant::now();
                 let links = links.living();
                 health.publish(links.iter().filter_map(|link| link.report()).collect());
+            }
+            if returned.elapsed() >= MEMORY_PERIOD {
+                returned = Instant::now();
                 memory::return_free();
             }
         }
