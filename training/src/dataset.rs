@@ -74,7 +74,6 @@ pub fn see_all<T: Send>(
         let object = labelled.specimens.one(parameters, &mut random)?;
         let mut views = vec![full_view(&object, &mut random)];
         views.extend(scan(&object, parameters, random.random())?);
-        finished();
         let seen = views.iter().filter_map(|view| {
             take(view).map(|taken| Seen {
                 label: labelled.label,
@@ -83,7 +82,9 @@ pub fn see_all<T: Send>(
                 taken,
             })
         });
-        Ok(seen.collect())
+        let seen = seen.collect();
+        finished();
+        Ok(seen)
     };
     let parts: Vec<Result<Vec<Seen<T>>>> = specimens.into_par_iter().map(see).collect();
     let mut all = Vec::new();

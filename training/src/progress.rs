@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::epoch::EpochReport;
+use crate::trainer::Event;
 
 /// What the run is at, for a progress display.
 #[derive(Debug, Clone, Copy)]
@@ -26,24 +27,8 @@ pub enum Stage {
         /// Steps at most.
         steps: usize,
     },
-    /// One step is finished.
-    Step {
-        /// From 1.
-        epoch: usize,
-        /// Mean loss of the epoch so far.
-        loss: f64,
-        /// Accuracy of the epoch so far.
-        accuracy: f64,
-    },
-    /// An epoch is finished.
-    Epoch(EpochReport),
-    /// An interrupted run goes on.
-    Resumed {
-        /// Epochs that are done.
-        epochs: usize,
-        /// Their steps.
-        steps: usize,
-    },
+    /// What happens meanwhile.
+    Trained(Event),
 }
 
 /// Shows what a run is at.
@@ -53,21 +38,23 @@ pub fn show(bar: &ProgressBar, stage: Stage) {
         Stage::Sampling { meshes } => begin(bar, meshes, "sampling meshes"),
         Stage::Scanned => advance(bar),
         Stage::Training { steps } => begin(bar, steps, "training"),
-        Stage::Step {
+        Stage::Trained(Event::Step {
             epoch,
             loss,
             accuracy,
-        } => {
+        }) => {
             bar.inc(1);
             bar.set_message(format!(
                 "epoch {epoch}: loss {loss:.3}, accuracy {accuracy:.3}"
             ));
         }
-        Stage::Resumed { epochs, steps } => {
+        Stage::Trained(Event::Resumed { epochs, steps }) => {
             bar.set_position(steps as u64);
             bar.suspend(|| eprintln!("going on after epoch {epochs}"));
         }
-        Stage::Epoch(report) => bar.suspend(|| eprintln!("{}", epoch_line(&report))),
+        Stage::Trained(Event::Epoch(report)) => {
+            bar.suspend(|| eprintln!("{}", epoch_line(&report)))
+        }
     }
 }
 

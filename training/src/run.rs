@@ -19,7 +19,7 @@ use crate::network::{Network, NetworkKind};
 use crate::progress::Stage;
 use crate::settings::Settings;
 use crate::source::{Data, Source};
-use crate::trainer::{Event, train};
+use crate::trainer::train;
 
 pub use crate::test::Test;
 
@@ -153,19 +153,7 @@ fn fit(
     let steps = parameters.epochs * data.train.labels.len().div_ceil(parameters.batch_size);
     show(Stage::Training { steps });
     let observe = |event| {
-        show(match event {
-            Event::Step {
-                epoch,
-                loss,
-                accuracy,
-            } => Stage::Step {
-                epoch,
-                loss,
-                accuracy,
-            },
-            Event::Epoch(report) => Stage::Epoch(report),
-            Event::Resumed { epochs, steps } => Stage::Resumed { epochs, steps },
-        });
+        show(Stage::Trained(event));
         Ok(())
     };
     train(

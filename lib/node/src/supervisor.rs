@@ -14,7 +14,8 @@ const TICK: Duration = Duration::from_millis(20);
 const TEND_PERIOD: Duration = Duration::from_millis(200);
 const SOCKETS_PERIOD: Duration = Duration::from_millis(250);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
-/// Memory that was returned costs milliseconds when it is needed again: not before each image, that is.
+/// Returned memory costs milliseconds when it is needed again: seldom enough for few views to pay, often enough for a node to
+/// stay small.
 const MEMORY_PERIOD: Duration = Duration::from_secs(3);
 const MASTER_PERIOD: Duration = Duration::from_secs(2);
 

@@ -15,7 +15,7 @@ const NORMAL_NEIGHBOURS: NonZeroUsize = match NonZeroUsize::new(12) {
     None => NonZeroUsize::MIN,
 };
 
-/// Samples of a large cloud that are judged together. More add nothing.
+/// Samples of a large cloud that are judged together.
 pub(crate) const SAMPLES: usize = 4;
 /// Points that each of them is chosen of, by point of the sample: of fewer, it would be less even than one of the whole
 /// cloud.

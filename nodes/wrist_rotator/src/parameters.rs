@@ -64,7 +64,7 @@ impl Default for Parameters {
             joint_velocity_max_rad_s: 4.0,
             tolerance_rad: 0.008_726_646,
             rest_velocity_rad_s: 0.02,
-            // Three states of the joint at 100 Hz in a row; longer, and images lie ready and wait for the answer.
+            // Three periods of the joint states at 100 Hz; longer, and images lie ready and wait for the answer.
             dwell_s: 0.03,
             deadline_margin_s: 2.0,
             following_error_max_rad: 0.2,
