@@ -64,8 +64,9 @@ impl Default for Parameters {
             joint_velocity_max_rad_s: 4.0,
             tolerance_rad: 0.008_726_646,
             rest_velocity_rad_s: 0.02,
-            // Three periods of the joint states at 100 Hz; longer, and images lie ready and wait for the answer.
-            dwell_s: 0.03,
+            // Three periods of the joint states at 100 Hz, and not four where their stamps jitter. Longer, and images lie
+            // ready and wait for the answer.
+            dwell_s: 0.025,
             deadline_margin_s: 2.0,
             following_error_max_rad: 0.2,
             following_patience_s: 1.0,
