@@ -4,6 +4,7 @@ use crate::pose_check::PoseRules;
 use crate::sweep::SweepRules;
 use parameter::{ParameterError, Side, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
+use std::time::Duration;
 
 /// Who turns the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,9 +60,9 @@ pub struct Parameters {
     pub clock_offset_warn_s: f64,
     /// Offset of another computer's clock from which on no view is taken, s (active mode).
     pub clock_offset_max_s: f64,
-    /// Wrist motion that still counts as rest, rad (passive mode).
-    pub rest_tolerance_rad: f64,
-    /// Rest before a view is taken, s (passive mode).
+    /// Speed of the wrist that still counts as rest, rad/s (passive mode).
+    pub rest_velocity_rad_s: f64,
+    /// Shortest rest of which a view is taken, s (passive mode).
     pub rest_dwell_s: f64,
     /// Least turn from one view to the next, rad (passive mode).
     pub separation_rad: f64,
@@ -74,6 +75,7 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         let depth = depth_threshold::Parameters::default();
+        let wrist = wrist_rotator::Parameters::default();
         Self {
             mode: Mode::Active,
             side: Side::Left,
@@ -95,8 +97,8 @@ impl Default for Parameters {
             answer_deadline_s: 5.0,
             clock_offset_warn_s: 0.02,
             clock_offset_max_s: 0.1,
-            rest_tolerance_rad: 0.01,
-            rest_dwell_s: 0.1,
+            rest_velocity_rad_s: wrist.rest_velocity_rad_s,
+            rest_dwell_s: wrist.dwell_s,
             separation_rad: 0.1,
             scan_at_start: false,
             stop_when_confident: 0.0,
@@ -150,10 +152,10 @@ impl Parameters {
             in_range(name, value, 1e-3..=10.0, "s")?;
         }
         in_range(
-            "rest_tolerance_rad",
-            self.rest_tolerance_rad,
+            "rest_velocity_rad_s",
+            self.rest_velocity_rad_s,
             1e-4..=1.0,
-            "rad",
+            "rad/s",
         )?;
         in_range("rest_dwell_s", self.rest_dwell_s, 0.01..=10.0, "s")?;
         in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")?;
@@ -197,8 +199,8 @@ impl Parameters {
     pub fn sweep_rules(&self) -> SweepRules {
         SweepRules {
             view_count: self.view_count as usize,
-            tolerance_rad: self.rest_tolerance_rad,
-            dwell_ns: (self.rest_dwell_s * 1e9) as i64,
+            rest_velocity_rad_s: self.rest_velocity_rad_s,
+            dwell: Duration::from_secs_f64(self.rest_dwell_s),
             separation_rad: self.separation_rad,
         }
     }

@@ -5,15 +5,23 @@
 //! that returns to its start does not begin a scan that never ends. All decisions rest on stamps: a recording played
 //! twice as fast gives the same views.
 
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use wrist_rotator::{Arrival, Arrived, JointSample};
+
+/// Clouds that are kept until the joint states of their time have come: 0.13 s at 30 Hz.
+const CLOUDS_KEPT: usize = 4;
+
 /// When a view counts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepRules {
     /// Views of a scan.
     pub view_count: usize,
-    /// Motion that still counts as rest, rad.
-    pub tolerance_rad: f64,
-    /// Rest before a view, ns.
-    pub dwell_ns: i64,
+    /// Speed of the wrist that still counts as rest, rad/s.
+    pub rest_velocity_rad_s: f64,
+    /// Shortest rest of which a view is taken.
+    pub dwell: Duration,
     /// Least angle between views, rad.
     pub separation_rad: f64,
 }
@@ -31,26 +39,44 @@ pub struct Taken<C> {
 #[derive(Debug)]
 pub struct Sweep<C> {
     rules: SweepRules,
+    arrival: Arrival,
     rest: Option<Rest>,
-    pending: Option<(i64, C)>,
+    clouds: VecDeque<(Duration, C)>,
     run: Vec<Taken<C>>,
+    /// Where the last scan ended, until the wrist leaves: a twitch there begins no other.
+    ended_rad: Option<f64>,
 }
 
+/// The last rest that was long enough, by the stamps of the joint states in it.
 #[derive(Debug, Clone, Copy)]
 struct Rest {
     angle_rad: f64,
-    since_ns: i64,
+    since: Duration,
+    until: Duration,
     viewed: bool,
+}
+
+impl Rest {
+    fn begun(arrived: Arrived, until: Duration) -> Self {
+        Self {
+            angle_rad: arrived.angle_rad,
+            since: arrived.at_rest,
+            until,
+            viewed: false,
+        }
+    }
 }
 
 impl<C: Clone> Sweep<C> {
     /// Starts with nothing seen.
     pub fn new(rules: SweepRules) -> Self {
         Self {
+            arrival: Arrival::anywhere(rules.rest_velocity_rad_s, rules.dwell),
             rules,
             rest: None,
-            pending: None,
+            clouds: VecDeque::with_capacity(CLOUDS_KEPT),
             run: Vec::new(),
+            ended_rad: None,
         }
     }
 
@@ -66,40 +92,46 @@ impl<C: Clone> Sweep<C> {
         }
     }
 
-    /// Notes a cloud with the stamp of its image.
-    pub fn on_cloud(&mut self, stamp_ns: i64, cloud: C) {
-        let wanted = self
-            .rest
-            .is_some_and(|rest| !rest.viewed && stamp_ns >= rest.since_ns + self.rules.dwell_ns);
-        // The first that qualifies waits for the joint state that proves the wrist was still at rest.
-        if wanted && self.pending.is_none() {
-            self.pending = Some((stamp_ns, cloud));
+    /// Notes a cloud with the stamp of its image; gives the views of a scan when this completes one.
+    pub fn on_cloud(&mut self, stamp: Duration, cloud: C) -> Option<Vec<Taken<C>>> {
+        if self.clouds.len() == CLOUDS_KEPT {
+            self.clouds.pop_front();
         }
+        self.clouds.push_back((stamp, cloud));
+        self.look()
     }
 
-    /// Notes the wrist's angle; gives the views of a scan when this completes one.
-    pub fn on_angle(&mut self, stamp_ns: i64, angle_rad: f64) -> Option<Vec<Taken<C>>> {
-        let still = self
-            .rest
-            .filter(|rest| (angle_rad - rest.angle_rad).abs() <= self.rules.tolerance_rad);
-        let Some(rest) = still else {
-            self.rest = Some(Rest {
-                angle_rad,
-                since_ns: stamp_ns,
-                viewed: false,
-            });
-            self.pending = None;
+    /// Notes the state of the wrist; gives the views of a scan when this completes one.
+    pub fn on_joint(&mut self, sample: JointSample) -> Option<Vec<Taken<C>>> {
+        let separation_rad = self.rules.separation_rad;
+        self.ended_rad = self
+            .ended_rad
+            .filter(|ended_rad| (sample.angle_rad - ended_rad).abs() < separation_rad);
+        let arrived = self.arrival.observe(sample)?;
+        match &mut self.rest {
+            Some(rest) if rest.since == arrived.at_rest => rest.until = sample.stamp,
+            other => *other = Some(Rest::begun(arrived, sample.stamp)),
+        }
+        self.look()
+    }
+
+    /// Takes the first cloud of the rest, unless it has been taken.
+    fn look(&mut self) -> Option<Vec<Taken<C>>> {
+        if self.ended_rad.is_some() {
             return None;
-        };
-        let (_, cloud) = self.pending.take_if(|(seen_ns, _)| *seen_ns <= stamp_ns)?;
-        self.rest = Some(Rest {
-            viewed: true,
-            ..rest
-        });
-        self.add(Taken {
+        }
+        let rest = self.rest.as_mut().filter(|rest| !rest.viewed)?;
+        let lasted = rest.since..=rest.until;
+        let (_, cloud) = self
+            .clouds
+            .iter()
+            .find(|(stamp, _)| lasted.contains(stamp))?;
+        rest.viewed = true;
+        let view = Taken {
             angle_rad: rest.angle_rad,
-            cloud,
-        })
+            cloud: cloud.clone(),
+        };
+        self.add(view)
     }
 
     fn add(&mut self, view: Taken<C>) -> Option<Vec<Taken<C>>> {
@@ -121,145 +153,10 @@ impl<C: Clone> Sweep<C> {
             return None;
         }
         // The last angle may be where the next run turns, but its cloud is of this scan.
+        self.ended_rad = Some(self.run[self.run.len() - 1].angle_rad);
         Some(std::mem::take(&mut self.run))
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MS: i64 = 1_000_000;
-
-    struct Player {
-        sweep: Sweep<i64>,
-        now_ns: i64,
-        angle_rad: f64,
-        scans: Vec<Vec<f64>>,
-    }
-
-    impl Player {
-        fn new() -> Self {
-            let rules = SweepRules {
-                view_count: 3,
-                tolerance_rad: 0.01,
-                dwell_ns: 250 * MS,
-                separation_rad: 0.1,
-            };
-            Self {
-                sweep: Sweep::new(rules),
-                now_ns: 0,
-                angle_rad: 0.0,
-                scans: Vec::new(),
-            }
-        }
-
-        fn tick(&mut self) {
-            self.now_ns += 10 * MS;
-            if self.now_ns % (30 * MS) == 0 {
-                self.sweep.on_cloud(self.now_ns - 5 * MS, self.now_ns);
-            }
-            let wobble = if self.now_ns % (20 * MS) == 0 {
-                1e-4
-            } else {
-                0.0
-            };
-            if let Some(views) = self.sweep.on_angle(self.now_ns, self.angle_rad + wobble) {
-                self.scans
-                    .push(views.iter().map(|view| view.angle_rad).collect());
-            }
-        }
-
-        fn go(&mut self, target_rad: f64) {
-            while (self.angle_rad - target_rad).abs() > 1e-9 {
-                let step = (target_rad - self.angle_rad).clamp(-0.012, 0.012);
-                self.angle_rad += step;
-                self.tick();
-            }
-            (0..60).for_each(|_| self.tick());
-        }
-    }
-
-    fn rounded(scans: &[Vec<f64>]) -> Vec<Vec<i32>> {
-        let tenths = |angle: &f64| (angle * 10.0).round() as i32;
-        scans
-            .iter()
-            .map(|scan| scan.iter().map(tenths).collect())
-            .collect()
-    }
-
-    #[test]
-    fn active_scans_are_found_again() {
-        let mut player = Player::new();
-        player.go(0.0);
-        for _ in 0..3 {
-            [-0.6, 0.0, 0.6]
-                .into_iter()
-                .for_each(|angle| player.go(angle));
-        }
-        assert_eq!(rounded(&player.scans), vec![vec![-6, 0, 6]; 3]);
-    }
-
-    #[test]
-    fn nothing_is_taken_in_motion_or_too_early() {
-        let mut player = Player::new();
-        for i in 0..300 {
-            player.angle_rad = 0.02 * f64::from(i);
-            player.tick();
-        }
-        (0..20).for_each(|_| player.tick());
-        assert!(player.scans.is_empty() && player.sweep.run.is_empty());
-    }
-
-    #[test]
-    fn a_cloud_counts_only_if_the_wrist_was_still_at_rest() {
-        let mut sweep = Player::new().sweep;
-        sweep.on_angle(0, 0.0);
-        sweep.on_angle(300 * MS, 0.0);
-        sweep.on_cloud(310 * MS, 1);
-        sweep.on_angle(320 * MS, 0.5);
-        assert!(sweep.run.is_empty());
-    }
-
-    #[test]
-    fn a_reset_does_not_mix_two_scans() {
-        let mut player = Player::new();
-        player.go(-0.6);
-        player.go(0.0);
-        player.sweep.reset();
-        player.go(0.6);
-        assert!(player.scans.is_empty());
-        [-0.6, 0.0, 0.6]
-            .into_iter()
-            .for_each(|angle| player.go(angle));
-        assert_eq!(rounded(&player.scans), [[-6, 0, 6]]);
-    }
-
-    #[test]
-    fn other_rules_begin_anew_and_the_same_change_nothing() {
-        let mut player = Player::new();
-        let rules = player.sweep.rules.clone();
-        player.go(-0.6);
-        player.go(0.0);
-        player.sweep.obey(rules.clone());
-        player.go(0.6);
-        player.go(0.0);
-        let view_count = 2;
-        player.sweep.obey(SweepRules {
-            view_count,
-            ..rules
-        });
-        player.go(0.3);
-        player.go(0.6);
-        assert_eq!(rounded(&player.scans), [vec![-6, 0, 6], vec![3, 6]]);
-    }
-
-    #[test]
-    fn one_view_makes_a_scan_where_one_is_asked_for() {
-        let mut player = Player::new();
-        player.sweep.rules.view_count = 1;
-        player.go(0.0);
-        player.go(0.5);
-        assert_eq!(rounded(&player.scans), [[0], [5]]);
-    }
-}
+mod tests;

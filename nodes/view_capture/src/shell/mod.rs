@@ -56,8 +56,8 @@ async fn serve_active(
         let surroundings = surroundings.clone();
         move |state: JointState| {
             surroundings.note_robot(state.header.stamp);
-            if let Some(angle_rad) = passive::angle_of(&state, joint) {
-                progress.note_angle(angle_rad);
+            if let Some(sample) = passive::sample_of(&state, joint) {
+                progress.note_angle(sample.angle_rad);
             }
         }
     })?;

@@ -1,11 +1,14 @@
 //! Scans found in what somebody else makes the robot do.
 
 use super::output::{Output, Place, Pose, Shot, new_scan_id};
+use msg::Time;
 use msg::sensor_msgs::{JointState, PointCloud2};
 use node::{Expect, Node, Transforms, Tuned};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
+use wrist_rotator::JointSample;
 
 type Views = Vec<Taken<Arc<Shot>>>;
 
@@ -25,26 +28,24 @@ pub async fn watch(
     let sweep = Arc::new(Mutex::new(Sweep::new(parameters.now().sweep_rules())));
     let (found, mut scans) = mpsc::unbounded_channel();
     let _points = node.subscribe("points", Expect::STATE, {
-        let (sweep, clock) = (Arc::clone(&sweep), node.clock());
+        let (sweep, clock, found) = (Arc::clone(&sweep), node.clock(), found.clone());
         move |cloud: PointCloud2| {
-            let stamp_ns = cloud.header.stamp.nanos();
+            let stamp = since_epoch(cloud.header.stamp);
             let arrived = clock.now();
-            lock(&sweep).on_cloud(stamp_ns, Arc::new(Shot { cloud, arrived }));
+            let views = lock(&sweep).on_cloud(stamp, Arc::new(Shot { cloud, arrived }));
+            hand_on(&found, views);
         }
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
         let (sweep, parameters) = (Arc::clone(&sweep), parameters.clone());
         let joint = parameters.now().side.wrist_joint();
         move |state: JointState| {
-            let Some(angle_rad) = angle_of(&state, joint) else {
+            let Some(sample) = sample_of(&state, joint) else {
                 return;
             };
             let mut sweep = lock(&sweep);
             sweep.obey(parameters.now().sweep_rules());
-            if let Some(views) = sweep.on_angle(state.header.stamp.nanos(), angle_rad) {
-                // Fails only while the node shuts down.
-                let _ = found.send(views);
-            }
+            hand_on(&found, sweep.on_joint(sample));
         }
     })?;
     node.clock().on_jump(move || lock(&sweep).reset());
@@ -58,14 +59,26 @@ pub async fn watch(
     }
 }
 
-/// Position of `joint`; most messages on the topic are about others.
-pub fn angle_of(state: &JointState, joint: &str) -> Option<f64> {
+fn hand_on(found: &mpsc::UnboundedSender<Views>, views: Option<Views>) {
+    if let Some(views) = views {
+        // Fails only while the node shuts down.
+        let _ = found.send(views);
+    }
+}
+
+/// What a message says of `joint`; most messages on the topic are about others.
+pub fn sample_of(state: &JointState, joint: &str) -> Option<JointSample> {
     let index = state.name.iter().position(|name| name == joint)?;
-    state
-        .position
-        .get(index)
-        .copied()
-        .filter(|angle| angle.is_finite())
+    let finite = |values: &[f64]| values.get(index).copied().filter(|value| value.is_finite());
+    Some(JointSample {
+        angle_rad: finite(&state.position)?,
+        velocity_rad_s: finite(&state.velocity),
+        stamp: since_epoch(state.header.stamp),
+    })
+}
+
+fn since_epoch(stamp: Time) -> Duration {
+    Duration::new(u64::from(stamp.sec), stamp.nsec)
 }
 
 async fn publish(
