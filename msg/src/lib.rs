@@ -6,6 +6,7 @@
 pub mod cloud;
 pub mod progress;
 pub mod service;
+pub mod stamp;
 pub mod timing;
 pub mod transform;
 

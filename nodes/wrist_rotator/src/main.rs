@@ -11,6 +11,7 @@ use msg::baxter_core_msgs::{
 };
 use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
+use msg::stamp;
 use msg::std_srvs::{Trigger, TriggerRes};
 use node::{Caller, Expect, Level, Node, Subscriber};
 use rotator::Rotator;
@@ -50,7 +51,7 @@ async fn run(node: Node) -> anyhow::Result<()> {
 async fn rotate(rotator: &Rotator, target_rad: f64, caller: &Caller) -> RotateWristRes {
     match rotator.turn(target_rad, caller).await {
         Ok(arrived) => {
-            let at_rest = rotator::from_stamp(arrived.at_rest);
+            let at_rest = stamp::from_epoch(arrived.at_rest);
             RotateWristRes {
                 success: true,
                 error: String::new(),
@@ -93,7 +94,7 @@ fn listen(node: &Node, rotator: &Arc<Rotator>, side: &str) -> anyhow::Result<Vec
     let avoidance = format!("{limb}/collision_avoidance_state");
     let detection = format!("{limb}/collision_detection_state");
     let on_joints = on(rotator, |rotator, joints: JointState| {
-        let stamp = rotator::to_stamp(joints.header.stamp);
+        let stamp = stamp::since_epoch(joints.header.stamp);
         let (names, positions, velocities) = (&joints.name, &joints.position, &joints.velocity);
         rotator
             .monitor()

@@ -41,6 +41,25 @@ pub struct JointSample {
     pub stamp: Duration,
 }
 
+impl JointSample {
+    /// What a joint_states message says of `joint`. Any layout will do: the joint is found by name, messages without it are
+    /// normal, and lists shorter than that of the names lack the rest.
+    pub fn find(
+        joint: &str,
+        names: &[String],
+        positions: &[f64],
+        velocities: &[f64],
+        stamp: Duration,
+    ) -> Option<Self> {
+        let index = names.iter().position(|name| name == joint)?;
+        Some(Self {
+            angle_rad: *positions.get(index)?,
+            velocity_rad_s: velocities.get(index).copied(),
+            stamp,
+        })
+    }
+}
+
 /// All that decides whether the arm may move.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Snapshot {
@@ -79,8 +98,7 @@ impl Monitor {
         &self.snapshot
     }
 
-    /// Takes a joint_states message. Any layout will do: joints are found by name, messages without this arm's joints are
-    /// normal, and lists shorter than that of the names lack the rest.
+    /// Takes a joint_states message, of this arm or of others.
     pub fn joint_states(
         &mut self,
         names: &[String],
@@ -89,20 +107,14 @@ impl Monitor {
         stamp: Duration,
         now: Instant,
     ) {
-        for (index, (name, &angle_rad)) in names.iter().zip(positions).enumerate() {
-            let Some(joint) = self.joint_names.iter().position(|own| own == name) else {
-                continue;
-            };
-            let velocity_rad_s = velocities.get(index).copied();
-            let value = JointSample {
-                angle_rad,
-                velocity_rad_s,
-                stamp,
-            };
-            self.snapshot.joints[joint] = Some(Aged {
-                value,
-                received: now,
-            });
+        for (joint, name) in self.snapshot.joints.iter_mut().zip(self.joint_names) {
+            let sample = JointSample::find(name, names, positions, velocities, stamp);
+            if let Some(value) = sample {
+                *joint = Some(Aged {
+                    value,
+                    received: now,
+                });
+            }
         }
     }
 

@@ -4,7 +4,6 @@ use std::convert::Infallible;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use msg::Time;
 use msg::baxter_core_msgs::JointCommand;
 use msg::std_msgs::Float64;
 use node::{Caller, Latch, Node, Publisher};
@@ -226,18 +225,4 @@ fn other_publishers(node: &Node, topic: &str) -> Option<Vec<String>> {
     let mut publishers = node.publishers_of(topic).ok()?;
     publishers.retain(|name| *name != own_name);
     Some(publishers)
-}
-
-/// A stamp as time since the epoch.
-pub fn to_stamp(time: Time) -> Duration {
-    Duration::new(u64::from(time.sec), time.nsec)
-}
-
-/// The reverse of [`to_stamp`].
-pub fn from_stamp(stamp: Duration) -> Time {
-    // ROS 1 counts seconds in 32 bits.
-    Time {
-        sec: stamp.as_secs() as u32,
-        nsec: stamp.subsec_nanos(),
-    }
 }

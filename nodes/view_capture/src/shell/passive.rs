@@ -1,11 +1,10 @@
 //! Scans found in what somebody else makes the robot do.
 
 use super::output::{Output, Place, Pose, Shot, new_scan_id};
-use msg::Time;
 use msg::sensor_msgs::{JointState, PointCloud2};
+use msg::stamp;
 use node::{Expect, Node, Transforms, Tuned};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
 use wrist_rotator::JointSample;
@@ -30,7 +29,7 @@ pub async fn watch(
     let _points = node.subscribe("points", Expect::STATE, {
         let (sweep, clock, found) = (Arc::clone(&sweep), node.clock(), found.clone());
         move |cloud: PointCloud2| {
-            let stamp = since_epoch(cloud.header.stamp);
+            let stamp = stamp::since_epoch(cloud.header.stamp);
             let arrived = clock.now();
             let views = lock(&sweep).on_cloud(stamp, Arc::new(Shot { cloud, arrived }));
             hand_on(&found, views);
@@ -66,19 +65,11 @@ fn hand_on(found: &mpsc::UnboundedSender<Views>, views: Option<Views>) {
     }
 }
 
-/// What a message says of `joint`; most messages on the topic are about others.
+/// What a message says of `joint`, where that is an angle; most messages on the topic are about others.
 pub fn sample_of(state: &JointState, joint: &str) -> Option<JointSample> {
-    let index = state.name.iter().position(|name| name == joint)?;
-    let finite = |values: &[f64]| values.get(index).copied().filter(|value| value.is_finite());
-    Some(JointSample {
-        angle_rad: finite(&state.position)?,
-        velocity_rad_s: finite(&state.velocity),
-        stamp: since_epoch(state.header.stamp),
-    })
-}
-
-fn since_epoch(stamp: Time) -> Duration {
-    Duration::new(u64::from(stamp.sec), stamp.nsec)
+    let stamp = stamp::since_epoch(state.header.stamp);
+    JointSample::find(joint, &state.name, &state.position, &state.velocity, stamp)
+        .filter(|sample| sample.angle_rad.is_finite())
 }
 
 async fn publish(
