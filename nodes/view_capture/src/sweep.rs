@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use wrist_rotator::{Arrival, Arrived, JointSample};
+use wrist_rotator::{Arrival, JointSample};
 
 /// Clouds that are kept until the joint states of their time have come: 0.13 s at 30 Hz.
 const CLOUDS_KEPT: usize = 4;
@@ -56,17 +56,6 @@ struct Rest {
     viewed: bool,
 }
 
-impl Rest {
-    fn begun(arrived: Arrived, until: Duration) -> Self {
-        Self {
-            angle_rad: arrived.angle_rad,
-            since: arrived.at_rest,
-            until,
-            viewed: false,
-        }
-    }
-}
-
 impl<C: Clone> Sweep<C> {
     /// Starts with nothing seen.
     pub fn new(rules: SweepRules) -> Self {
@@ -110,16 +99,20 @@ impl<C: Clone> Sweep<C> {
         let arrived = self.arrival.observe(sample)?;
         match &mut self.rest {
             Some(rest) if rest.since == arrived.at_rest => rest.until = sample.stamp,
-            other => *other = Some(Rest::begun(arrived, sample.stamp)),
+            other => {
+                *other = Some(Rest {
+                    angle_rad: arrived.angle_rad,
+                    since: arrived.at_rest,
+                    until: sample.stamp,
+                    viewed: self.ended_rad.is_some(),
+                });
+            }
         }
         self.look()
     }
 
     /// Takes the first cloud of the rest, unless it has been taken.
     fn look(&mut self) -> Option<Vec<Taken<C>>> {
-        if self.ended_rad.is_some() {
-            return None;
-        }
         let rest = self.rest.as_mut().filter(|rest| !rest.viewed)?;
         let lasted = rest.since..=rest.until;
         let (_, cloud) = self

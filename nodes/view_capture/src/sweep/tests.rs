@@ -220,6 +220,7 @@ fn a_twitch_is_neither_a_view_nor_a_scan() {
         player.go(angle_rad + 0.02, 0);
         player.go(angle_rad, 300);
     }
+    player.go(0.9, 0);
     assert_eq!(player.tenths(), [[-6, 0, 6]]);
     assert!(player.sweep.run.is_empty());
 }
