@@ -1,6 +1,8 @@
 //! After its first step, the search for a view's place allocates nothing: however long it goes on, registration takes
 //! the same memory.
 
+#![allow(clippy::expect_used)]
+
 use std::alloc::System;
 
 use cap::Cap;
