@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use anyhow::Result;
 use icp_registration::{Parameters, Registrar};
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use serde_json::{Value, json};
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 
 const POINTS: [usize; 7] = [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
 const VIEWS: [usize; 6] = [2, 4, 8, 16, 24, 36];

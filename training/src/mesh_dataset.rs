@@ -5,11 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
+use mesh::{Mesh, file::MILLIMETRE};
 use sim_dataset::digest::hex_digest;
 use sim_dataset::folder::Folder;
 use sim_dataset::manifest::{Row, from_csv};
 use sim_dataset::plan::file_name;
-use sim_objects::{Mesh, ObjectClass, file::MILLIMETRE};
+use sim_objects::ObjectClass;
 
 /// One mesh of a dataset.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +82,7 @@ impl MeshFile {
     pub fn read(&self) -> Result<Mesh> {
         let path = self.path.display();
         let bytes = fs::read(&self.path).with_context(|| format!("cannot read {path}"))?;
-        let mesh = sim_objects::file::read(&self.path, MILLIMETRE)?.mesh();
+        let mesh = mesh::file::read(&self.path, MILLIMETRE)?.mesh();
         ensure!(
             hex_digest(&bytes) == self.sha256,
             "{path} is not the mesh that manifest.csv was written for; make the dataset again"

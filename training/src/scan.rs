@@ -6,12 +6,12 @@
 use anyhow::Result;
 use depth_threshold::{DepthImage, Thresholder};
 use icp_registration::Registrar;
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
 use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
-use sim_objects::Mesh;
 
 use crate::scan_parameters::ScanParameters;
 use crate::setup::Setup;

@@ -2,12 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
 use sim_camera::{NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
-use sim_objects::Mesh;
 
 use crate::scan_parameters::ScanParameters;
 

@@ -1,10 +1,11 @@
 //! The objects that clouds are made of, one by one.
 
 use anyhow::{Context, Result};
+use mesh::Mesh;
 use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
 use sim_deform::Flattening;
-use sim_objects::{Mesh, ObjectClass, Stranger, Variation, random_solid};
+use sim_objects::{ObjectClass, Stranger, Variation, random_solid};
 
 use crate::mesh_dataset::MeshFile;
 use crate::scan_parameters::ScanParameters;

@@ -10,10 +10,10 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, OnceLock};
 
 use classifier::{Model, Provider};
+use mesh::file::MILLIMETRE;
 use nalgebra::{Point3, Vector3};
 use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
-use sim_objects::file::MILLIMETRE;
 use sim_objects::{ObjectClass, Stranger};
 use training::backend::Backend;
 use training::mesh_clouds::{MeshClouds, Split};
@@ -120,7 +120,7 @@ fn objects_are_learned_without_the_eight_and_apart_from_them() {
 fn an_own_object_is_learned_beside_the_eight() {
     let folder = tempfile::tempdir().unwrap();
     let scan = folder.path().join("bottle.ply");
-    sim_objects::file::write_ply(&scan, &Stranger::Bottle.mesh().subdivided()).unwrap();
+    mesh::file::write_ply(&scan, &Stranger::Bottle.mesh().subdivided()).unwrap();
     let bottle = Source::Scan {
         file: scan,
         metres_per_unit: MILLIMETRE,

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use sim_objects::Mesh;
+use mesh::Mesh;
 
 /// Height of the fingertips in the hand's frame.
 pub(crate) const TIP_Z_M: f32 = 0.1577;

@@ -4,10 +4,11 @@ use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use mesh::Mesh;
+use mesh::file::{self, FileError};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use sim_deform::SqueezeError;
-use sim_objects::file::{self, FileError};
-use sim_objects::{Mesh, ObjectClass, UnknownObject, Variation};
+use sim_objects::{ObjectClass, UnknownObject, Variation};
 
 /// An object as parameters and requests name it.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@ use crate::image::InverseDepth;
 use crate::intrinsics::Intrinsics;
 use crate::placement::Placement;
 use crate::scene::Scene;
-use sim_objects::Mesh;
+use mesh::Mesh;
 
 /// Surfaces nearer than this are cut off.
 const NEAR_M: f32 = 0.02;

@@ -3,7 +3,7 @@
 
 use nalgebra::Point3;
 
-use sim_objects::Mesh;
+use mesh::Mesh;
 
 use crate::gripper::{Opening, TIP_Z_M};
 

@@ -1,8 +1,8 @@
 //! The world in front of the camera.
 
 use gripper::HandKind;
+use mesh::Mesh;
 use nalgebra::Translation3;
-use sim_objects::Mesh;
 
 use crate::gripper as electric;
 use crate::gripper::Opening;

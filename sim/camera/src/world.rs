@@ -1,8 +1,8 @@
 //! What is before the camera: the hand as it is now.
 
 use gripper::HandKind;
+use mesh::Mesh;
 use sim_camera::Scene;
-use sim_objects::Mesh;
 
 /// A change of the fingers' distance below this is not worth drawing anew, m.
 const WIDTH_CHANGE_MIN_M: f32 = 2e-4;

@@ -4,10 +4,10 @@ use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use mesh::file::FileError;
 use sim_deform::DentError;
 use sim_deform::arap::ArapError;
 use sim_deform::grasp::GraspError;
-use sim_objects::file::FileError;
 use sim_reconstruct::ReconstructError;
 
 use crate::shard::Shard;

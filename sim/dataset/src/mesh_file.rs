@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use sim_objects::Mesh;
-use sim_objects::file::write_ply;
+use mesh::Mesh;
+use mesh::file::write_ply;
 
 use crate::digest::hex_digest;
 use crate::error::DatasetError;

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use mesh::Mesh;
 use sim_deform::Denter;
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 
 use crate::digest::hex_digest;
 use crate::error::DatasetError;
@@ -98,7 +99,7 @@ impl Source {
         metres_per_unit: f64,
         settings: &Settings,
     ) -> Result<Object, DatasetError> {
-        let scan = sim_objects::file::read(file, metres_per_unit)?;
+        let scan = mesh::file::read(file, metres_per_unit)?;
         let bytes = std::fs::read(file).map_err(DatasetError::io("read", file))?;
         let (mesh, mending) = sim_reconstruct::mesh_from_scan(&scan, &settings.reconstruct)
             .map_err(|source| DatasetError::Reconstruct {

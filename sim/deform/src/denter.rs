@@ -1,7 +1,7 @@
 //! One dent, from asked to done (paper Sec. IV-B 5–8).
 
+use mesh::Mesh;
 use nalgebra::Point3;
-use sim_objects::Mesh;
 
 use crate::Settings;
 use crate::arap::{Arap, ArapError, Grip, Stop};

@@ -3,9 +3,9 @@
 
 use std::f32::consts::FRAC_PI_2;
 
+use mesh::Mesh;
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
-use sim_objects::Mesh;
 
 /// One facet on the side of an object that stands about the z axis.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Who is next to whom on a mesh, and how much each edge weighs.
 
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
-use sim_objects::Mesh;
 
 /// Why a mesh has no sound one-rings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

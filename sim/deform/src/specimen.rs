@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use sim_objects::{Mesh, ObjectClass, Variation};
+use mesh::Mesh;
+use sim_objects::{ObjectClass, Variation};
 
 use crate::{DentError, Denter, Settings};
 

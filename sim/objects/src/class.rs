@@ -3,12 +3,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::mesh::Mesh;
+use mesh::{Mesh, revolve};
+
 use crate::outline::{
     LARGE_CUP_MM, MEDIUM_BALL_MM, MEDIUM_CAN_MM, MEDIUM_CUP_MM, SMALL_BALL_MM, SMALL_CUP_MM,
     TINY_BALL_MM, food_can_mm,
 };
-use crate::profile::{SEGMENTS, ball, revolve, subdivided};
+use crate::profile::{SEGMENTS, ball, subdivided};
 use crate::variation::Variation;
 
 /// One of the paper's eight objects. The order of [`ObjectClass::ALL`] is the order of a model's labels.

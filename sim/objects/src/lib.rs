@@ -1,5 +1,4 @@
-//! The eight objects of the paper as parametric triangle meshes, others that are none of them, and files of scans and
-//! meshes.
+//! The eight objects of the paper as parametric triangle meshes, and others that are none of them.
 //!
 //! All lengths are metres. Object frame: origin at the centre of the bottom, +z up. The eight are
 //! closed surfaces of revolution (cups have an outer and an inner wall), oriented outward.
@@ -12,18 +11,13 @@
 //! ```
 
 mod class;
-pub mod file;
-mod mesh;
 mod outline;
 mod profile;
 mod solid;
 mod stranger;
-mod surface;
 mod variation;
 
 pub use class::{ObjectClass, UnknownObject};
-pub use mesh::Mesh;
-pub use profile::revolve;
 pub use solid::random_solid;
 pub use stranger::Stranger;
 pub use variation::Variation;

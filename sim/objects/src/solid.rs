@@ -1,10 +1,9 @@
 //! Solids of any form, from which a classifier learns that there is more than the eight objects.
 
+use mesh::{Mesh, revolve};
 use rand::{Rng, RngExt};
 
 use crate::class::ObjectClass;
-use crate::mesh::Mesh;
-use crate::profile::revolve;
 use crate::variation::Variation;
 
 const SEGMENTS: usize = 48;

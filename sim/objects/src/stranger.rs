@@ -3,10 +3,8 @@
 use std::f32::consts::TAU;
 use std::fmt;
 
+use mesh::{Mesh, revolve};
 use nalgebra::{Point3, Vector3};
-
-use crate::mesh::Mesh;
-use crate::profile::revolve;
 
 /// Household objects that are none of the eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

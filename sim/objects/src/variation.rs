@@ -1,9 +1,8 @@
 //! Small differences in size between two objects of one make.
 
+use mesh::Mesh;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-
-use crate::mesh::Mesh;
 
 /// Largest deviation of a size from the table.
 const SPREAD: f32 = 0.01;

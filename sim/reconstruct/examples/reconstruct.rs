@@ -6,7 +6,7 @@
 
 use std::time::Instant;
 
-use sim_objects::file;
+use mesh::file;
 use sim_reconstruct::{Settings, mesh_from_scan};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,7 +1,7 @@
 //! The laws that a mesh must keep to be deformed.
 
+use mesh::Mesh;
 use nalgebra::Point3;
-use sim_objects::Mesh;
 
 use crate::edges::{Edges, sides};
 

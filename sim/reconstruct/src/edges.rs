@@ -1,6 +1,6 @@
 //! Which triangle runs along each directed edge.
 
-use sim_objects::Mesh;
+use mesh::Mesh;
 
 /// The directed edges of a triangle.
 pub(crate) fn sides([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {

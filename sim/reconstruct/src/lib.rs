@@ -20,8 +20,8 @@ mod settings;
 mod surface;
 mod trim;
 
-use sim_objects::Mesh;
-use sim_objects::file::Scan;
+use mesh::Mesh;
+use mesh::file::Scan;
 
 pub use check::{Defect, check};
 pub use clean::Mended;

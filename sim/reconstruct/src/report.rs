@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use mesh::Mesh;
 use serde::Serialize;
-use sim_objects::Mesh;
 
 use crate::clean::Mended;
 use crate::edges::{Edges, boundary_loops, sides};

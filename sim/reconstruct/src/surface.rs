@@ -6,10 +6,10 @@ use std::time::Instant;
 
 use cloud::Tree;
 use cloud::normals::Moments;
+use mesh::Mesh;
+use mesh::file::Scan;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
-use sim_objects::Mesh;
-use sim_objects::file::Scan;
 
 use crate::downsample::{self, Oriented};
 use crate::poisson::{Field, Sample, Surface};

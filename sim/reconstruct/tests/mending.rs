@@ -3,9 +3,10 @@
 
 use std::path::PathBuf;
 
+use mesh::Mesh;
+use mesh::file::{self, Scan};
 use nalgebra::Point3;
-use sim_objects::file::{self, Scan};
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 use sim_reconstruct::{Defect, Mended, Settings, check, mesh_from_scan};
 
 fn can() -> Mesh {

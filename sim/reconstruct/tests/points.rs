@@ -4,8 +4,9 @@
 mod common;
 
 use common::{ball, distances, rms_and_max, scan_of, without_normals};
-use sim_objects::file::{self, Scan};
-use sim_objects::{Mesh, ObjectClass, Variation};
+use mesh::Mesh;
+use mesh::file::{self, Scan};
+use sim_objects::{ObjectClass, Variation};
 use sim_reconstruct::{Report, Settings, check, mesh_from_scan};
 
 const RADIUS_M: f32 = 0.032;
@@ -133,7 +134,7 @@ fn cup() -> Mesh {
         outline_m.extend((0..20).map(|step| [point(step, 0) / 1000.0, point(step, 1) / 1000.0]));
     }
     outline_m.push([0.0, 0.003]);
-    sim_objects::revolve(&outline_m, 192)
+    mesh::revolve(&outline_m, 192)
 }
 
 #[test]

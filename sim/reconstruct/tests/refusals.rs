@@ -4,8 +4,8 @@
 mod common;
 
 use common::{ball, scan_of};
+use mesh::file::Scan;
 use nalgebra::{Point3, Vector3};
-use sim_objects::file::Scan;
 use sim_reconstruct::{ReconstructError, Settings, mesh_from_scan};
 
 fn refusal(scan: &Scan) -> ReconstructError {

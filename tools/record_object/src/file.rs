@@ -1,9 +1,9 @@
 //! Where the mesh goes.
 
 use anyhow::{Result, ensure};
+use mesh::Mesh;
+use mesh::file::{MILLIMETRE, write_ply};
 use sim_dataset::object::Source;
-use sim_objects::Mesh;
-use sim_objects::file::{MILLIMETRE, write_ply};
 use std::path::{Path, PathBuf};
 
 /// A file that does not hold another object.

@@ -1,10 +1,10 @@
 //! From points to the mesh.
 
 use anyhow::Result;
+use mesh::Mesh;
+use mesh::file::Scan;
 use nalgebra::Point3;
 use serde_json::{Value, json};
-use sim_objects::Mesh;
-use sim_objects::file::Scan;
 use sim_reconstruct::{Report, Settings, mesh_from_scan};
 use std::fmt;
 

@@ -45,7 +45,7 @@ fn a_sphere_is_where_the_ray_meets_it() {
         .map(|[r, z]| [if r < 1e-6 { 0.0 } else { r }, z])
         .collect();
     let centre = Vector3::new(0.03, -0.02, 0.4);
-    let scene = scene_of(sim_objects::revolve(&outline, 1024));
+    let scene = scene_of(mesh::revolve(&outline, 1024));
     let mut renderer = Renderer::new(camera.clone());
     let image = renderer.render(&scene, &placement_of(Translation3::from(centre).into()));
     let mut hits = 0;

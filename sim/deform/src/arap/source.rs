@@ -1,8 +1,8 @@
 //! What is done once for a source mesh.
 
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use sim_objects::Mesh;
 
 use super::cholesky::{self, Cholesky};
 use super::energy::{Rotations, Surface};

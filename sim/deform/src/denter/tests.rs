@@ -9,7 +9,7 @@ fn can() -> Mesh {
     let mut profile = vec![[0.0, 0.0], [0.015, 0.0]];
     profile.extend((0..=30).map(|k| [0.03, 0.004 * k as f32]));
     profile.extend([[0.015, 0.12], [0.0, 0.12]]);
-    sim_objects::revolve(&profile, 48)
+    mesh::revolve(&profile, 48)
 }
 
 fn denter(mesh: Mesh) -> Denter {

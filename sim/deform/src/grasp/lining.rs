@@ -1,8 +1,8 @@
 //! The inner wall of a vessel, carried by its outer one.
 
 use cloud::Tree;
+use mesh::Mesh;
 use nalgebra::{Matrix3, Point3, Vector3};
-use sim_objects::Mesh;
 
 use super::Grasps;
 use super::surface::normals;

@@ -14,11 +14,11 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+use mesh::Mesh;
 use nalgebra::{Point3, Unit, Vector3};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use sim_objects::Mesh;
 
 pub use error::{GraspError, GraspRefused};
 pub use settings::GraspSettings;

@@ -1,7 +1,7 @@
 //! Normals and neighbours of a mesh's vertices, in double precision.
 
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
-use sim_objects::Mesh;
 
 use super::GraspError;
 

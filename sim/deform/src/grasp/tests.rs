@@ -1,11 +1,12 @@
 #![allow(clippy::unwrap_used)]
 use std::collections::HashSet;
 
+use mesh::Mesh;
 use nalgebra::{Isometry3, Vector3};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 
 use super::*;
 
@@ -19,7 +20,7 @@ fn barrel(radius_m: impl Fn(f32) -> f32, height_m: f32, rings: usize, segments: 
         [radius_m(share), share * height_m]
     }));
     profile.push([0.0, height_m]);
-    sim_objects::revolve(&profile, segments)
+    mesh::revolve(&profile, segments)
 }
 
 fn can() -> Mesh {

@@ -6,8 +6,8 @@ mod fans;
 mod tests;
 mod triangles;
 
+use mesh::Mesh;
 use nalgebra::Point3;
-use sim_objects::Mesh;
 
 use boxes::BoxTree;
 use fans::Fans;

@@ -5,9 +5,9 @@ mod tests;
 mod weights;
 
 use cloud::Tree;
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
-use sim_objects::Mesh;
 
 pub use weights::{LossWeightError, LossWeights};
 

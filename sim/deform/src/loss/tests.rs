@@ -1,8 +1,9 @@
 #![allow(clippy::unwrap_used)]
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 
 use super::*;
 

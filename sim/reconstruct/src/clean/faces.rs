@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
+use mesh::Mesh;
 use nalgebra::Point3;
-use sim_objects::Mesh;
 
 use super::Mended;
 use crate::check::is_flat;

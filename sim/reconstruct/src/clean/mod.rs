@@ -5,8 +5,8 @@ mod topology;
 
 use std::collections::HashMap;
 
+use mesh::Mesh;
 use serde::Serialize;
-use sim_objects::Mesh;
 
 use crate::check;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use sim_objects::Mesh;
+use mesh::Mesh;
 
 use super::{Mended, faces};
 use crate::edges::{Edges, sides};

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::Mesh;
 
 use super::lattice::{Lattice, children, corners, dilated, key, place};
 use super::level::Level;

@@ -1,11 +1,11 @@
 //! Scans of known shapes, and distances from them.
 #![allow(dead_code)]
 
+use mesh::Mesh;
+use mesh::file::Scan;
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::Mesh;
-use sim_objects::file::Scan;
 
 /// Points spread evenly over a mesh, moved by noise of up to `noise_m` along the normal, with the true normals.
 pub fn scan_of(mesh: &Mesh, count: usize, noise_m: f32, seed: u64) -> Scan {
@@ -62,7 +62,7 @@ pub fn ball(radius_m: f32) -> Mesh {
     let mut outline = outline;
     outline[0][0] = 0.0;
     outline[96][0] = 0.0;
-    sim_objects::revolve(&outline, 192)
+    mesh::revolve(&outline, 192)
 }
 
 /// Root mean square and greatest of some distances.

@@ -7,11 +7,11 @@ mod solves;
 
 use std::f64::consts::TAU;
 
+use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::Mesh;
 
 /// A dented tube with open rims, its vertices out of place by chance, so that some angles are obtuse.
 pub(super) fn tube(seed: u64, around: usize, rings: usize) -> Mesh {

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use mesh::Mesh;
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
-use sim_objects::Mesh;
 
 use super::super::{Arap, ArapSettings};
 use super::{apart_m, pinch, rims, tube};

@@ -1,5 +1,5 @@
+use mesh::Mesh;
 use nalgebra::Point3;
-use sim_objects::Mesh;
 
 use super::super::{Arap, ArapError, ArapSettings};
 use super::{pinch, rims, tube};

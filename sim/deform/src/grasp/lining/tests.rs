@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
-use sim_objects::{Mesh, ObjectClass, Variation};
+use sim_objects::{ObjectClass, Variation};
 
 use super::*;
 use crate::grasp::GraspSettings;
