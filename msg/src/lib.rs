@@ -1,10 +1,12 @@
-//! The interface of the package: its ROS messages as Rust types, and their conversion to and from points, poses and times.
+//! The interface of the package: its ROS messages as Rust types, and their conversion to and from points, poses, times
+//! and what the robot says of itself.
 //!
 //! `rosrust_msg` makes the types from the definitions beside this crate and from those that ROS installs
 //! (`.cargo/config.toml` says where); this crate names the ones in use.
 
 pub mod cloud;
 pub mod progress;
+pub mod robot;
 pub mod service;
 pub mod stamp;
 pub mod timing;

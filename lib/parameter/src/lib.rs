@@ -1,13 +1,14 @@
-//! Checks of parameters, worded alike in every program, and the parameters that several nodes have.
+//! Checks of parameters, worded alike in every program, and the defaults that several nodes share.
 
-mod side;
 mod tunable;
 
-pub use side::{JOINTS_PER_ARM, Side};
 pub use tunable::Tunable;
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
+
+/// Depths at which an object may be unless the user says otherwise, m: those of the reference implementation's camera client.
+pub const DEPTH_RANGE_M: RangeInclusive<f64> = 0.25..=0.70;
 
 /// A parameter whose value cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -34,8 +34,8 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            depth_min_m: 0.25,
-            depth_max_m: 0.70,
+            depth_min_m: *parameter::DEPTH_RANGE_M.start(),
+            depth_max_m: *parameter::DEPTH_RANGE_M.end(),
             decimation: 1,
             edge_jump_m: 0.01,
         }

@@ -1,5 +1,7 @@
 //! Why a grasp was refused, or failed.
 
+use baxter::StateRefusal;
+
 /// What is wrong, and the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GraspError {
@@ -33,25 +35,9 @@ pub enum GraspError {
     /// One task at a time.
     #[error("the gripper is at work; wait for its end")]
     Busy,
-    /// Nothing was ever heard of the robot.
-    #[error("no message on /robot/state yet: is the robot on, and ROS_MASTER_URI its own?")]
-    RobotAbsent,
-    /// The robot has fallen silent.
-    #[error(
-        "last message on /robot/state is {age_s:.2} s old (at most {max_s}): check the link to the robot"
-    )]
-    RobotStale {
-        /// Age of its last message.
-        age_s: f64,
-        /// Allowed age.
-        max_s: f64,
-    },
-    /// Stopped, by button or otherwise.
-    #[error("the robot is stopped (emergency stop or software): reset and enable it")]
-    RobotStopped,
-    /// Not enabled.
-    #[error("the robot is not enabled: enable it (rosrun baxter_tools enable_robot.py -e)")]
-    RobotNotEnabled,
+    /// The robot's state forbids it.
+    #[error(transparent)]
+    Robot(#[from] StateRefusal),
     /// Nothing was ever heard of the gripper.
     #[error(
         "no message on {topic} yet: is the gripper plugged in, of this kind, and on this side?"

@@ -6,17 +6,12 @@
 
 mod electric;
 mod error;
-mod gap;
 mod hand;
 mod parameters;
 mod reflex;
-mod robot;
 
 pub use electric::{Electric, ElectricCommand, ElectricState, Flag};
 pub use error::GraspError;
-pub use gap::Gap;
 pub use hand::{Goal, Grasped, Hand, Outcome, Step, Task};
-pub use parameter::Side;
 pub use parameters::{ElectricParameters, HandKind, Parameters, ReflexParameters};
 pub use reflex::{FINGERS, FingerState, PoseCommand, Reflex};
-pub use robot::{RobotState, RobotWatch};

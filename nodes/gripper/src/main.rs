@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use gripper::{Electric, ElectricState, FINGERS, FingerState, Hand, HandKind, Parameters, Reflex};
-use gripper::{RobotState, Task};
+use gripper::{
+    Electric, ElectricState, FINGERS, FingerState, Hand, HandKind, Parameters, Reflex, Task,
+};
 use msg::baxter_core_msgs::{AssemblyState, EndEffectorCommand, EndEffectorState};
 use msg::deformable_cobot::{Grasp, GraspReq, GraspRes};
 use msg::reflex_msgs;
@@ -58,12 +59,7 @@ where
 {
     let _robot = node.subscribe("/robot/state", Expect::STATE, {
         let shell = Arc::clone(&shell);
-        move |state: AssemblyState| {
-            let (enabled, stopped) = (state.enabled, state.stopped);
-            shell
-                .robot()
-                .hear(RobotState { enabled, stopped }, Instant::now());
-        }
+        move |state: AssemblyState| shell.hear_robot(msg::robot::state(&state))
     })?;
     let runtime = Handle::current();
     let _service = node.serve_caller::<Grasp>("grasp", {

@@ -1,9 +1,10 @@
 //! Settings of the gripper node.
 
-use parameter::{ParameterError, Side, in_range};
-use serde::{Deserialize, Serialize};
+use baxter::{Gap, Side, StateRules};
+use parameter::{ParameterError, in_range};
+use std::time::Duration;
 
-use crate::gap::Gap;
+use serde::{Deserialize, Serialize};
 
 /// What is mounted on the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -141,9 +142,19 @@ impl Parameters {
         self.reflex.validate()
     }
 
+    /// Which states of the robot forbid a grasp.
+    pub fn state_rules(&self) -> StateRules {
+        StateRules {
+            age_max: Duration::from_secs_f64(self.state_age_max_s),
+            require_ready: false,
+            // It may be one of the arm's.
+            tolerate_error: true,
+        }
+    }
+
     /// Topics of the electric gripper begin so.
     pub fn electric_base(&self) -> String {
-        format!("/robot/end_effector/{}_gripper", self.side.name())
+        self.side.gripper_topics()
     }
 
     /// Topics of the ReFlex hand begin so.
@@ -155,10 +166,9 @@ impl Parameters {
 impl ReflexParameters {
     /// Topics of a hand on this arm begin so.
     pub fn topics_on(&self, side: Side) -> String {
-        match (&self.base[..], side) {
-            ("", Side::Left) => "/hand2/reflex_takktile".into(),
-            ("", Side::Right) => "/reflex_takktile".into(),
-            (base, _) => base.trim_end_matches('/').into(),
+        match &self.base[..] {
+            "" => side.reflex_topics().into(),
+            base => base.trim_end_matches('/').into(),
         }
     }
 

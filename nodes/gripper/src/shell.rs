@@ -3,7 +3,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use gripper::{GraspError, Grasped, Hand, Parameters, RobotWatch, Step, Task};
+use baxter::{Aged, RobotState, StateRefusal, StateRules};
+use gripper::{GraspError, Grasped, Hand, Parameters, Step, Task};
 use msg::Message;
 use node::{Caller, Health, Level, Publisher};
 use tokio::sync::watch;
@@ -28,7 +29,8 @@ pub enum Ending {
 /// A hand on its topics.
 pub struct Shell<H: Hand, M: Message> {
     hand: Mutex<H>,
-    robot: Mutex<RobotWatch>,
+    robot: Mutex<Option<Aged<RobotState>>>,
+    state_rules: StateRules,
     commands: Publisher<M>,
     encode: fn(H::Command) -> M,
     /// Held while a grasp is under way.
@@ -45,7 +47,8 @@ impl<H: Hand, M: Message> Shell<H, M> {
     ) -> Arc<Self> {
         Arc::new(Self {
             hand: Mutex::new(hand),
-            robot: Mutex::new(RobotWatch::new(parameters.state_age_max_s)),
+            robot: Mutex::default(),
+            state_rules: parameters.state_rules(),
             commands,
             encode,
             grasping: tokio::sync::Mutex::new(()),
@@ -58,9 +61,10 @@ impl<H: Hand, M: Message> Shell<H, M> {
         self.hand.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// To be held but for a moment.
-    pub fn robot(&self) -> MutexGuard<'_, RobotWatch> {
-        self.robot.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Takes a message of `/robot/state`.
+    pub fn hear_robot(&self, value: RobotState) {
+        let received = Instant::now();
+        *self.robot.lock().unwrap_or_else(PoisonError::into_inner) = Some(Aged { value, received });
     }
 
     /// Carries `task` out and returns once it has ended. Nothing moves without a caller that waits for it.
@@ -109,8 +113,13 @@ impl<H: Hand, M: Message> Shell<H, M> {
 
     fn check(&self) -> Result<(), GraspError> {
         let now = Instant::now();
-        self.robot().check(now)?;
+        self.check_robot(now)?;
         self.hand().check(now)
+    }
+
+    fn check_robot(&self, now: Instant) -> Result<(), StateRefusal> {
+        let last = *self.robot.lock().unwrap_or_else(PoisonError::into_inner);
+        self.state_rules.check(last.as_ref(), now)
     }
 
     async fn prepare(&self, task: Task) -> Result<(), GraspError> {
@@ -133,7 +142,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
         loop {
             ticker.tick().await;
             let now = Instant::now();
-            self.robot().check(now)?;
+            self.check_robot(now)?;
             let step = self.hand().step(now)?;
             match step {
                 Step::Send(command) => self.send(command),

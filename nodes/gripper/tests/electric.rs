@@ -3,11 +3,12 @@
 
 use std::time::{Duration, Instant};
 
+use baxter::Side;
 use gripper::{
     Electric, ElectricCommand, ElectricState, Flag, GraspError, Grasped, Hand, Outcome, Parameters,
     Step, Task,
 };
-use sim_baxter::{GripperCommand, Kinematics, Robot, Side};
+use sim_baxter::{GripperCommand, Kinematics, Robot};
 
 const TICK: Duration = Duration::from_millis(10);
 

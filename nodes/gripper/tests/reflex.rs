@@ -3,10 +3,11 @@
 
 use std::time::{Duration, Instant};
 
+use baxter::Side;
 use gripper::{
     FINGERS, FingerState, GraspError, Grasped, Hand, Outcome, Parameters, Reflex, Step, Task,
 };
-use sim_baxter::{HandKind, Kinematics, Robot, Side};
+use sim_baxter::{HandKind, Kinematics, Robot};
 
 const TICK: Duration = Duration::from_millis(10);
 

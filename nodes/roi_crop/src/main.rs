@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use gripper::Gap;
+use baxter::Gap;
 use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
 use msg::progress::Progress;
@@ -81,10 +81,7 @@ impl Opening {
             gap: parameters.gap,
             last: Arc::default(),
         };
-        let topic = format!(
-            "/robot/end_effector/{}_gripper/state",
-            parameters.side.name()
-        );
+        let topic = format!("{}/state", parameters.side.gripper_topics());
         let link = node.subscribe(&topic, Expect::OPTIONAL_STATE, {
             let opening = opening.clone();
             move |state: EndEffectorState| opening.hear(f64::from(state.position))

@@ -1,6 +1,6 @@
 //! What a user can set.
 
-use gripper::{Gap, Side};
+use baxter::{Gap, Side};
 use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 

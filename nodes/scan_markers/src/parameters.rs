@@ -1,6 +1,7 @@
 //! What a user can set.
 
-use parameter::{ParameterError, Side, in_range};
+use baxter::Side;
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 /// How a scan is drawn.

@@ -2,7 +2,8 @@
 
 use crate::pose_check::PoseRules;
 use crate::sweep::SweepRules;
-use parameter::{ParameterError, Side, Tunable, in_range, tunables};
+use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side};
+use parameter::{DEPTH_RANGE_M, ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -74,15 +75,13 @@ pub struct Parameters {
 
 impl Default for Parameters {
     fn default() -> Self {
-        let depth = depth_threshold::Parameters::default();
-        let wrist = wrist_rotator::Parameters::default();
         Self {
             mode: Mode::Active,
             side: Side::Left,
             base_frame: "base".into(),
             tilt_max_rad: 15.0_f64.to_radians(),
-            depth_min_m: depth.depth_min_m,
-            depth_max_m: depth.depth_max_m,
+            depth_min_m: *DEPTH_RANGE_M.start(),
+            depth_max_m: *DEPTH_RANGE_M.end(),
             object_z_min_m: 0.1277,
             object_z_max_m: 0.22,
             use_tf: true,
@@ -97,8 +96,8 @@ impl Default for Parameters {
             answer_deadline_s: 5.0,
             clock_offset_warn_s: 0.02,
             clock_offset_max_s: 0.1,
-            rest_velocity_rad_s: wrist.rest_velocity_rad_s,
-            rest_dwell_s: wrist.dwell_s,
+            rest_velocity_rad_s: REST_VELOCITY_RAD_S,
+            rest_dwell_s: REST_DWELL_S,
             separation_rad: 0.1,
             scan_at_start: false,
             stop_when_confident: 0.0,

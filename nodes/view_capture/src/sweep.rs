@@ -8,7 +8,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use wrist_rotator::{Arrival, JointSample};
+use baxter::{Arrival, JointSample};
 
 /// Clouds that are kept until the joint states of their time have come: 0.13 s at 30 Hz.
 const CLOUDS_KEPT: usize = 4;

@@ -2,53 +2,17 @@
 
 use std::time::{Duration, Instant};
 
-use crate::monitor::{RobotState, Snapshot};
-use crate::parameters::Parameters;
-use parameter::JOINTS_PER_ARM;
+use baxter::{JOINTS_PER_ARM, StateRefusal, StateRules};
 
-const ESTOP_BUTTONS: [&str; 4] = ["unpressed", "pressed", "unknown", "released"];
-const ESTOP_SOURCES: [&str; 5] = ["none", "user", "unknown", "fault", "brain"];
+use crate::monitor::Snapshot;
+use crate::parameters::Parameters;
 
 /// Why the arm must not move.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// No `/robot/state` at all.
-    #[error("no message on /robot/state yet: is the robot on, and ROS_MASTER_URI its own?")]
-    StateAbsent,
-    /// `/robot/state` has ceased.
-    #[error(
-        "last message on /robot/state is {age_s:.2} s old (at most {max_s}): check the link to the robot"
-    )]
-    StateStale {
-        /// Its age.
-        age_s: f64,
-        /// Allowed age.
-        max_s: f64,
-    },
-    /// Button or another source of emergency stop.
-    #[error(
-        "emergency stop: button {button}, source {source_name}: release the button, reset and enable the robot"
-    )]
-    EmergencyStop {
-        /// State of the button.
-        button: String,
-        /// What caused it.
-        source_name: String,
-    },
-    /// Stopped without emergency stop.
-    #[error("the robot is stopped: reset and enable it")]
-    Stopped,
-    /// Fault reported.
-    #[error("the robot reports an error: reset and enable it, or allow it by tolerate_error")]
-    Error,
-    /// Not enabled.
-    #[error("the robot is not enabled: enable it (rosrun baxter_tools enable_robot.py -e)")]
-    NotEnabled,
-    /// Not ready, where readiness is asked for.
-    #[error(
-        "the robot does not say that it is ready: wait for homing, or set require_ready to false"
-    )]
-    NotReady,
+    /// The robot's state forbids it.
+    #[error(transparent)]
+    State(#[from] StateRefusal),
     /// Some joints were never heard of.
     #[error("no angle of {} on /robot/joint_states yet: is this the right side and robot?", .joints.join(", "))]
     JointsAbsent {
@@ -115,12 +79,10 @@ pub enum Refusal {
 #[derive(Debug, Clone)]
 pub struct Guard {
     joint_names: [&'static str; JOINTS_PER_ARM],
-    state_age_max: Duration,
+    state_rules: StateRules,
     joints_age_max: Duration,
     angle_min_rad: f64,
     angle_max_rad: f64,
-    require_ready: bool,
-    tolerate_error: bool,
 }
 
 impl Guard {
@@ -128,12 +90,14 @@ impl Guard {
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             joint_names: parameters.side.joint_names(),
-            state_age_max: Duration::from_secs_f64(parameters.state_age_max_s),
+            state_rules: StateRules {
+                age_max: Duration::from_secs_f64(parameters.state_age_max_s),
+                require_ready: parameters.require_ready,
+                tolerate_error: parameters.tolerate_error,
+            },
             joints_age_max: Duration::from_secs_f64(parameters.joints_age_max_s),
             angle_min_rad: parameters.angle_min_rad,
             angle_max_rad: parameters.angle_max_rad,
-            require_ready: parameters.require_ready,
-            tolerate_error: parameters.tolerate_error,
         }
     }
 
@@ -165,7 +129,7 @@ impl Guard {
         snapshot: &Snapshot,
         now: Instant,
     ) -> Result<[f64; JOINTS_PER_ARM], Refusal> {
-        self.check_state(snapshot, now)?;
+        self.state_rules.check(snapshot.state.as_ref(), now)?;
         let angles_rad = self.check_joints(snapshot, now)?;
         check_surroundings(snapshot)?;
         Ok(angles_rad)
@@ -184,29 +148,6 @@ impl Guard {
             });
         }
         Ok(())
-    }
-
-    fn check_state(&self, snapshot: &Snapshot, now: Instant) -> Result<(), Refusal> {
-        let state = snapshot.state.ok_or(Refusal::StateAbsent)?;
-        let age = now.saturating_duration_since(state.received);
-        if age > self.state_age_max {
-            let (age_s, max_s) = (age.as_secs_f64(), self.state_age_max.as_secs_f64());
-            return Err(Refusal::StateStale { age_s, max_s });
-        }
-        // The cause before its consequences: an emergency stop also stops and disables.
-        match state.value {
-            RobotState {
-                estop_button: 1.., ..
-            }
-            | RobotState {
-                estop_source: 1.., ..
-            } => Err(emergency_stop(state.value)),
-            RobotState { stopped: true, .. } => Err(Refusal::Stopped),
-            RobotState { error: true, .. } if !self.tolerate_error => Err(Refusal::Error),
-            RobotState { enabled: false, .. } => Err(Refusal::NotEnabled),
-            RobotState { ready: false, .. } if self.require_ready => Err(Refusal::NotReady),
-            _ => Ok(()),
-        }
     }
 
     fn check_joints(
@@ -266,16 +207,4 @@ fn check_surroundings(snapshot: &Snapshot) -> Result<(), Refusal> {
         });
     }
     Ok(())
-}
-
-fn emergency_stop(state: RobotState) -> Refusal {
-    let name = |names: &[&str], value: u8| {
-        names
-            .get(usize::from(value))
-            .map_or(value.to_string(), |name| name.to_string())
-    };
-    Refusal::EmergencyStop {
-        button: name(&ESTOP_BUTTONS, state.estop_button),
-        source_name: name(&ESTOP_SOURCES, state.estop_source),
-    }
 }

@@ -3,17 +3,14 @@
 //! [`Monitor`] gathers what the robot says; [`Motion`] turns it into one command each tick, or into the reason to stop
 //! commanding. Nothing here enables, resets or otherwise talks a robot into moving. Radians and seconds throughout.
 
-mod arrival;
 mod guard;
 mod monitor;
 mod motion;
 mod parameters;
 mod trajectory;
 
-pub use arrival::{Arrival, Arrived};
 pub use guard::{Guard, Refusal};
-pub use monitor::{Aged, JointSample, Monitor, RobotState, Snapshot};
+pub use monitor::{Monitor, Snapshot};
 pub use motion::{Motion, MotionError, Step};
-pub use parameter::{JOINTS_PER_ARM, Side};
-pub use parameters::{Parameters, W2};
+pub use parameters::Parameters;
 pub use trajectory::Trajectory;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use baxter::Side;
 use msg::baxter_core_msgs::{
     AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState,
 };
@@ -16,7 +17,7 @@ use msg::std_srvs::{Trigger, TriggerRes};
 use node::{Caller, Expect, Level, Node, Subscriber};
 use rotator::Rotator;
 use tokio::runtime::Handle;
-use wrist_rotator::{Guard, Parameters, RobotState};
+use wrist_rotator::{Guard, Parameters};
 
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
 
@@ -27,7 +28,7 @@ fn main() -> ExitCode {
 async fn run(node: Node) -> anyhow::Result<()> {
     let parameters: Parameters = node.parameters(Parameters::validate)?;
     let rotator = Arc::new(Rotator::new(&node, &parameters)?);
-    let _subscribers = listen(&node, &rotator, parameters.side.name())?;
+    let _subscribers = listen(&node, &rotator, parameters.side)?;
     let runtime = Handle::current();
     let _rotate = node.serve_caller::<RotateWrist>("rotate_wrist", {
         let (rotator, runtime) = (Arc::clone(&rotator), runtime.clone());
@@ -88,9 +89,9 @@ async fn stop(rotator: &Rotator) -> TriggerRes {
     }
 }
 
-fn listen(node: &Node, rotator: &Arc<Rotator>, side: &str) -> anyhow::Result<Vec<Subscriber>> {
-    let limb = format!("/robot/limb/{side}");
-    let cuff = format!("/robot/digital_io/{side}_lower_cuff/state");
+fn listen(node: &Node, rotator: &Arc<Rotator>, side: Side) -> anyhow::Result<Vec<Subscriber>> {
+    let limb = side.limb_topics();
+    let cuff = side.cuff_topic();
     let avoidance = format!("{limb}/collision_avoidance_state");
     let detection = format!("{limb}/collision_detection_state");
     let on_joints = on(rotator, |rotator, joints: JointState| {
@@ -101,7 +102,9 @@ fn listen(node: &Node, rotator: &Arc<Rotator>, side: &str) -> anyhow::Result<Vec
             .joint_states(names, positions, velocities, stamp, Instant::now());
     });
     let on_state = on(rotator, |rotator, state: AssemblyState| {
-        rotator.monitor().state(robot_state(&state), Instant::now());
+        rotator
+            .monitor()
+            .state(msg::robot::state(&state), Instant::now());
     });
     let on_cuff = on(rotator, |rotator, cuff: DigitalIOState| {
         rotator
@@ -128,23 +131,11 @@ fn on<T, F: Fn(&Rotator, T)>(rotator: &Arc<Rotator>, act: F) -> impl Fn(T) + use
     move |message| act(&rotator, message)
 }
 
-fn robot_state(state: &AssemblyState) -> RobotState {
-    RobotState {
-        ready: state.ready,
-        enabled: state.enabled,
-        stopped: state.stopped,
-        error: state.error,
-        estop_button: state.estop_button,
-        estop_source: state.estop_source,
-    }
-}
-
 /// Tells diagnostics whether the wrist could be turned now, and if not, why.
 async fn report_health(node: &Node, rotator: &Rotator, parameters: &Parameters) {
     let guard = Guard::new(parameters);
     let mut ticker = tokio::time::interval(HEALTH_PERIOD);
-    node.health()
-        .set_hardware(format!("/robot/limb/{}", parameters.side.name()));
+    node.health().set_hardware(parameters.side.limb_topics());
     loop {
         ticker.tick().await;
         let checked = guard.check(rotator.monitor().snapshot(), Instant::now());

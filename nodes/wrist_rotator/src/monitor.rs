@@ -2,63 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use parameter::{JOINTS_PER_ARM, Side};
-
-/// A value and the moment of its arrival.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Aged<T> {
-    /// Value.
-    pub value: T,
-    /// When it arrived, by this computer's clock.
-    pub received: Instant,
-}
-
-/// The fields of `/robot/state`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RobotState {
-    /// Fit to work; some firmware never says so.
-    pub ready: bool,
-    /// Joints are powered.
-    pub enabled: bool,
-    /// Stopped by button, software or fault.
-    pub stopped: bool,
-    /// A fault; not always fatal.
-    pub error: bool,
-    /// 0 unpressed, 1 pressed, 2 unknown, 3 released but not reset.
-    pub estop_button: u8,
-    /// 0 none, 1 user, 2 unknown, 3 fault, 4 brain.
-    pub estop_source: u8,
-}
-
-/// One joint as `/robot/joint_states` last gave it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointSample {
-    /// Angle.
-    pub angle_rad: f64,
-    /// Velocity, where the message had one.
-    pub velocity_rad_s: Option<f64>,
-    /// The message's stamp, since the epoch of ROS time.
-    pub stamp: Duration,
-}
-
-impl JointSample {
-    /// What a joint_states message says of `joint`. Any layout will do: the joint is found by name, messages without it are
-    /// normal, and lists shorter than that of the names lack the rest.
-    pub fn find(
-        joint: &str,
-        names: &[String],
-        positions: &[f64],
-        velocities: &[f64],
-        stamp: Duration,
-    ) -> Option<Self> {
-        let index = names.iter().position(|name| name == joint)?;
-        Some(Self {
-            angle_rad: *positions.get(index)?,
-            velocity_rad_s: velocities.get(index).copied(),
-            stamp,
-        })
-    }
-}
+use baxter::{Aged, JOINTS_PER_ARM, JointSample, RobotState, Side};
 
 /// All that decides whether the arm may move.
 #[derive(Debug, Clone, Default, PartialEq)]

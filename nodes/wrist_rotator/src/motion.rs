@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use crate::arrival::{Arrival, Arrived};
+use baxter::{Arrival, Arrived, JOINTS_PER_ARM, W2};
+
 use crate::guard::{Guard, Refusal};
 use crate::monitor::Snapshot;
-use crate::parameters::{Parameters, W2};
+use crate::parameters::Parameters;
 use crate::trajectory::Trajectory;
-use parameter::JOINTS_PER_ARM;
 
 /// Ticks by which the trajectory moves on after a stall of this process. More would be a jump of the commanded angle.
 const CATCH_UP_TICKS: f64 = 2.0;

@@ -1,10 +1,8 @@
 //! Settings of the wrist rotator.
 
-use parameter::{ParameterError, Side, in_range};
+use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side, W2};
+use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
-
-/// Index of W2 among an arm's joints.
-pub const W2: usize = 6;
 
 /// Settings, with defaults for W2 of a Baxter that holds a light object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -52,21 +50,21 @@ pub struct Parameters {
 
 impl Default for Parameters {
     fn default() -> Self {
+        let side = Side::Left;
+        let limits = side.joint_limits()[W2];
         Self {
-            side: Side::Left,
+            side,
             rate_hz: 100.0,
             speed_ratio: 0.3,
             velocity_max_rad_s: 1.0,
             acceleration_max_rad_s2: 5.0,
             jerk_time_s: 0.06,
-            angle_min_rad: -3.059,
-            angle_max_rad: 3.059,
-            joint_velocity_max_rad_s: 4.0,
+            angle_min_rad: limits.lower_rad,
+            angle_max_rad: limits.upper_rad,
+            joint_velocity_max_rad_s: limits.velocity_max_rad_s,
             tolerance_rad: 0.008_726_646,
-            rest_velocity_rad_s: 0.02,
-            // Three periods of the joint states at 100 Hz, and not four where their stamps jitter. Longer, and images lie
-            // ready and wait for the answer.
-            dwell_s: 0.025,
+            rest_velocity_rad_s: REST_VELOCITY_RAD_S,
+            dwell_s: REST_DWELL_S,
             deadline_margin_s: 2.0,
             following_error_max_rad: 0.2,
             following_patience_s: 1.0,

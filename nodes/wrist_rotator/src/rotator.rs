@@ -4,14 +4,13 @@ use std::convert::Infallible;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use baxter::{Arrival, Arrived, W2};
 use msg::baxter_core_msgs::JointCommand;
 use msg::std_msgs::Float64;
 use node::{Caller, Latch, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
-use wrist_rotator::{
-    Arrival, Arrived, Monitor, Motion, MotionError, Parameters, Refusal, Step, W2,
-};
+use wrist_rotator::{Monitor, Motion, MotionError, Parameters, Refusal, Step};
 
 /// How long the master has to say who else commands the arm.
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
@@ -83,7 +82,7 @@ pub struct Rotator {
 
 impl Rotator {
     pub fn new(node: &Node, parameters: &Parameters) -> anyhow::Result<Self> {
-        let limb = format!("/robot/limb/{}", parameters.side.name());
+        let limb = parameters.side.limb_topics();
         let command_topic = format!("{limb}/joint_command");
         Ok(Self {
             node: node.clone(),

@@ -3,18 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use wrist_rotator::{
-    Guard, Monitor, Motion, MotionError, Parameters, Refusal, RobotState, Side, Snapshot, W2,
-};
+use baxter::{EstopButton, EstopSource, RobotState, Side, StateRefusal, W2};
+use wrist_rotator::{Guard, Monitor, Motion, MotionError, Parameters, Refusal, Snapshot};
 
-const HEALTHY: RobotState = RobotState {
-    ready: true,
-    enabled: true,
-    stopped: false,
-    error: false,
-    estop_button: 0,
-    estop_source: 0,
-};
+const HEALTHY: RobotState = RobotState::HEALTHY;
 
 /// A robot that may move, as seen at `now`.
 fn healthy(now: Instant) -> Monitor {
@@ -66,7 +58,7 @@ fn nothing_heard_is_named() {
     let refusal = guard
         .check_start(&Snapshot::default(), 0.0, now)
         .unwrap_err();
-    assert_eq!(refusal, Refusal::StateAbsent);
+    assert_eq!(refusal, StateRefusal::Absent.into());
     let mut monitor = Monitor::new(Side::Left);
     monitor.state(HEALTHY, now);
     let refusal = guard
@@ -82,7 +74,9 @@ fn nothing_heard_is_named() {
 #[test]
 fn old_news_is_refused_with_its_age() {
     let state = refused(|monitor, now| monitor.state(HEALTHY, now - Duration::from_millis(510)));
-    assert!(matches!(state, Refusal::StateStale { age_s, .. } if (age_s - 0.51).abs() < 1e-6));
+    assert!(
+        matches!(state, Refusal::State(StateRefusal::Stale { age_s, .. }) if (age_s - 0.51).abs() < 1e-6)
+    );
     let joints = refused(|monitor, now| {
         let names = ["left_e1".to_owned()];
         let received = now - Duration::from_millis(250);
@@ -108,42 +102,42 @@ fn each_bad_state_is_refused_by_its_name() {
             enabled: false,
             ..HEALTHY
         }),
-        Refusal::NotEnabled
+        StateRefusal::NotEnabled.into()
     );
     assert_eq!(
         with(RobotState {
             stopped: true,
             ..HEALTHY
         }),
-        Refusal::Stopped
+        StateRefusal::Stopped.into()
     );
     assert_eq!(
         with(RobotState {
             error: true,
             ..HEALTHY
         }),
-        Refusal::Error
+        StateRefusal::Error.into()
     );
     let pressed = RobotState {
         enabled: false,
         stopped: true,
-        estop_button: 1,
+        estop_button: EstopButton::Pressed,
         ..HEALTHY
     };
     let text = with(RobotState {
-        estop_source: 1,
+        estop_source: EstopSource::User,
         ..pressed
     })
     .to_string();
     assert!(text.contains("button pressed, source user"), "{text}");
     let text = with(RobotState {
-        estop_button: 3,
+        estop_button: EstopButton::Released,
         ..HEALTHY
     })
     .to_string();
     assert!(text.contains("released"), "{text}");
     let text = with(RobotState {
-        estop_source: 77,
+        estop_source: EstopSource::Other(77),
         ..HEALTHY
     })
     .to_string();
@@ -166,7 +160,10 @@ fn ready_and_error_are_policies() {
         require_ready: true,
         ..Default::default()
     };
-    assert_eq!(refusal(&strict, not_ready), Some(Refusal::NotReady));
+    assert_eq!(
+        refusal(&strict, not_ready),
+        Some(StateRefusal::NotReady.into())
+    );
     let error = |monitor: &mut Monitor, now| {
         monitor.state(
             RobotState {

@@ -3,10 +3,9 @@
 
 use std::time::{Duration, Instant};
 
+use baxter::{Arrived, Side, StateRefusal, W2};
 use sim_baxter::{Kinematics, Robot};
-use wrist_rotator::{
-    Arrived, Monitor, Motion, MotionError, Parameters, Refusal, RobotState, Side, Step, W2,
-};
+use wrist_rotator::{Monitor, Motion, MotionError, Parameters, Refusal, Step};
 
 const TICK: Duration = Duration::from_millis(10);
 const TICK_S: f64 = 0.01;
@@ -48,16 +47,7 @@ impl Bench {
         let (positions, velocities) = (&states.positions, &states.velocities);
         self.monitor
             .joint_states(&names, positions, velocities, self.stamp, self.now);
-        let state = self.robot.assembly.state();
-        let state = RobotState {
-            ready: state.ready,
-            enabled: state.enabled,
-            stopped: state.stopped,
-            error: state.error,
-            estop_button: state.estop_button as u8,
-            estop_source: state.estop_source as u8,
-        };
-        self.monitor.state(state, self.now);
+        self.monitor.state(self.robot.assembly.state(), self.now);
     }
 
     fn start(&self, target_rad: f64) -> Motion {
@@ -67,9 +57,7 @@ impl Bench {
 
     fn obey(&mut self, angles_rad: [f64; 7]) {
         let names = Side::Left.joint_names().map(String::from);
-        let _ = self
-            .robot
-            .command_arm(sim_baxter::Side::Left, 1, &names, &angles_rad);
+        let _ = self.robot.command_arm(Side::Left, 1, &names, &angles_rad);
     }
 
     /// Turns to the target; `disturb` is called before each tick.
@@ -92,7 +80,7 @@ impl Bench {
     }
 
     fn w2(&self) -> (f64, f64) {
-        let arm = self.robot.arm(sim_baxter::Side::Left);
+        let arm = self.robot.arm(Side::Left);
         (arm.angles_rad()[W2], arm.velocities_rad_s()[W2])
     }
 }
@@ -125,9 +113,9 @@ fn arrives_across_the_whole_range_and_where_it_already_is() {
 #[test]
 fn leaves_the_other_joints_where_they_are() {
     let mut bench = Bench::new();
-    let before = bench.robot.arm(sim_baxter::Side::Left).angles_rad();
+    let before = bench.robot.arm(Side::Left).angles_rad();
     bench.turn(0.6, |_, _| {}).unwrap();
-    let after = bench.robot.arm(sim_baxter::Side::Left).angles_rad();
+    let after = bench.robot.arm(Side::Left).angles_rad();
     for joint in 0..W2 {
         assert!((after[joint] - before[joint]).abs() < 5e-4, "joint {joint}");
     }
@@ -144,7 +132,10 @@ fn an_emergency_stop_ends_the_motion_at_the_next_tick() {
         })
         .unwrap_err();
     assert!(
-        matches!(error, MotionError::Refused(Refusal::EmergencyStop { .. })),
+        matches!(
+            error,
+            MotionError::Refused(Refusal::State(StateRefusal::EmergencyStop { .. }))
+        ),
         "{error}"
     );
     bench.tick();

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::kinematics::JOINTS_PER_ARM;
+use baxter::JOINTS_PER_ARM;
+
 use crate::parameters::Parameters;
 use crate::tracker::{Goal, Tracker};
 use crate::urdf::Limits;

@@ -1,56 +1,11 @@
 //! The robot's state machine: enabling, stopping, resetting, emergency stop.
 
-/// Position of the emergency stop button.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum EstopButton {
-    /// At rest.
-    Unpressed = 0,
-    /// Held down.
-    Pressed = 1,
-    /// Stopped by software.
-    Unknown = 2,
-    /// Let go, but the robot has not been reset since.
-    Released = 3,
-}
-
-/// What stopped the robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum EstopSource {
-    /// Nothing.
-    None = 0,
-    /// A person, by the button.
-    User = 1,
-    /// Not known; so after a stop by software.
-    Unknown = 2,
-    /// A fault of a part.
-    Fault = 3,
-    /// A fault of the main computer.
-    Brain = 4,
-}
-
-/// What `/robot/state` says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AssemblyState {
-    /// Enabled and fit to work. Some firmware never says so.
-    pub ready: bool,
-    /// Joints are powered.
-    pub enabled: bool,
-    /// Stopped by button, software or fault.
-    pub stopped: bool,
-    /// A fault; not always fatal.
-    pub error: bool,
-    /// Button.
-    pub estop_button: EstopButton,
-    /// Cause of the stop.
-    pub estop_source: EstopSource,
-}
+use baxter::{EstopButton, EstopSource, RobotState};
 
 /// The state machine. Requests come as the topics `/robot/set_super_{enable,reset,stop}` bring them.
 #[derive(Debug, Clone)]
 pub struct Assembly {
-    state: AssemblyState,
+    state: RobotState,
     reports_ready: bool,
     enabling_s: f64,
     /// Time until the joints are powered, while enabling.
@@ -59,7 +14,7 @@ pub struct Assembly {
 
 impl Assembly {
     pub(crate) fn new(enabled: bool, reports_ready: bool, enabling_s: f64) -> Self {
-        let state = AssemblyState {
+        let state = RobotState {
             ready: enabled && reports_ready,
             enabled,
             stopped: false,
@@ -76,7 +31,7 @@ impl Assembly {
     }
 
     /// As published.
-    pub fn state(&self) -> AssemblyState {
+    pub fn state(&self) -> RobotState {
         self.state
     }
 

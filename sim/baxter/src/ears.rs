@@ -4,14 +4,14 @@ use std::fmt::Display;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use baxter::Side;
 use msg::baxter_core_msgs::{EndEffectorCommand, HeadPanCommand, JointCommand};
 use msg::reflex_msgs::PoseCommand;
 use msg::std_msgs;
 use node::{Expect, Node, Subscriber};
-use sim_baxter::{GripperCommand, Hand, Robot, Side};
+use sim_baxter::{GripperCommand, Hand, Robot};
 
 use crate::Simulation;
-use crate::hand_voice::{electric_base, reflex_base};
 
 /// Clients repeat their commands at 100 Hz; complaints about them need not.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(5);
@@ -62,7 +62,7 @@ fn listen_to_arm(
     simulation: &Simulation,
     side: Side,
 ) -> anyhow::Result<Vec<Subscriber>> {
-    let topic = |name: &str| format!("/robot/limb/{}/{name}", side.name());
+    let topic = |name: &str| format!("{}/{name}", side.limb_topics());
     let complaints = Complaints::default();
     let command = move |robot: &mut Robot, command: JointCommand| {
         let result = robot.command_arm(side, command.mode, &command.names, &command.command);
@@ -101,13 +101,13 @@ fn listen_to_hand(
         Hand::Electric(_) => Some(on(
             node,
             simulation,
-            &format!("{}/command", electric_base(side)),
+            &format!("{}/command", side.gripper_topics()),
             grip(side),
         )?),
         Hand::Reflex(_) => Some(on(
             node,
             simulation,
-            &format!("{}/command_position", reflex_base(side)),
+            &format!("{}/command_position", side.reflex_topics()),
             move |robot, pose: PoseCommand| {
                 if let Some(hand) = robot.hand_mut(side).reflex_mut() {
                     hand.command([pose.f1, pose.f2, pose.f3, pose.preshape]);

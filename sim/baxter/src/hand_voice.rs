@@ -1,10 +1,11 @@
 //! What the hands of the simulated robot say.
 
+use baxter::Side;
 use msg::Time;
 use msg::baxter_core_msgs::{EndEffectorProperties, EndEffectorState};
 use msg::reflex_msgs::{Finger, Hand as ReflexState, Motor};
 use node::{Latch, Node, Publisher};
-use sim_baxter::{GripperState, Hand, ReflexHand, Side};
+use sim_baxter::{GripperState, Hand, ReflexHand};
 
 /// A ReFlex hand speaks at 33 Hz: each third time.
 const REFLEX_DIVISOR: u64 = 3;
@@ -20,25 +21,12 @@ pub enum HandVoice {
     Reflex(Publisher<ReflexState>),
 }
 
-/// Topics of an electric gripper begin so.
-pub fn electric_base(side: Side) -> String {
-    format!("/robot/end_effector/{}_gripper", side.name())
-}
-
-/// Topics of a ReFlex hand begin so: the second hand of a driver is the left one.
-pub fn reflex_base(side: Side) -> &'static str {
-    match side {
-        Side::Left => "/hand2/reflex_takktile",
-        Side::Right => "/reflex_takktile",
-    }
-}
-
 impl HandVoice {
     pub fn new(node: &Node, side: Side, hand: &Hand) -> anyhow::Result<Self> {
         Ok(match hand {
             Hand::None => Self::None,
             Hand::Electric(_) => {
-                let base = electric_base(side);
+                let base = side.gripper_topics();
                 let properties = node.publish(&format!("{base}/properties"), 1, Latch::Yes)?;
                 properties.send(gripper_properties());
                 Self::Electric {
@@ -47,7 +35,7 @@ impl HandVoice {
                 }
             }
             Hand::Reflex(_) => {
-                let topic = format!("{}/hand_state", reflex_base(side));
+                let topic = format!("{}/hand_state", side.reflex_topics());
                 Self::Reflex(node.publish(&topic, 10, Latch::No)?)
             }
         })

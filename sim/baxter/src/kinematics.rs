@@ -1,53 +1,9 @@
 //! Where the links are, from the joint angles and the URDF.
 
+use baxter::{JOINTS_PER_ARM, Side};
 use nalgebra::Isometry3;
-use serde::{Deserialize, Serialize};
 
 use crate::urdf::{Joint, Limits, Urdf, UrdfError};
-
-/// Joints in an arm.
-pub const JOINTS_PER_ARM: usize = 7;
-
-/// Which arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// The robot's own left.
-    Left,
-    /// The robot's own right.
-    Right,
-}
-
-impl Side {
-    /// Both.
-    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
-
-    /// As in topic, joint and frame names.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-        }
-    }
-}
-
-/// Names of an arm's joints in the robot's order: s0, s1, e0, e1, w0, w1, w2.
-pub fn arm_joint_names(side: Side) -> [&'static str; JOINTS_PER_ARM] {
-    match side {
-        Side::Left => [
-            "left_s0", "left_s1", "left_e0", "left_e1", "left_w0", "left_w1", "left_w2",
-        ],
-        Side::Right => [
-            "right_s0", "right_s1", "right_e0", "right_e1", "right_w0", "right_w1", "right_w2",
-        ],
-    }
-}
-
-/// Angles with which one arm is the mirror image of the other; both in the robot's order, rad.
-pub fn mirrored(arm_rad: [f64; JOINTS_PER_ARM]) -> [f64; JOINTS_PER_ARM] {
-    let [s0, s1, e0, e1, w0, w1, w2] = arm_rad;
-    [-s0, s1, -e0, e1, -w0, w1, -w2]
-}
 
 /// The robot's links and how they hang together.
 #[derive(Debug, Clone)]
@@ -111,7 +67,7 @@ impl Kinematics {
             upper: 0.0,
             velocity: 0.0,
         }; JOINTS_PER_ARM];
-        for (limits, name) in limits.iter_mut().zip(arm_joint_names(side)) {
+        for (limits, name) in limits.iter_mut().zip(side.joint_names()) {
             *limits = self.limits(name)?;
         }
         Ok(limits)
@@ -138,7 +94,7 @@ impl Kinematics {
         side: Side,
         angles_rad: &[f64; JOINTS_PER_ARM],
     ) -> Result<Isometry3<f64>, UrdfError> {
-        let chain = self.chain(&format!("{}_hand", side.name()))?;
+        let chain = self.chain(side.hand_frame())?;
         Ok(chain.base_from_link(arm_positions(side, angles_rad)))
     }
 }
@@ -163,7 +119,7 @@ pub(crate) fn arm_positions(
     side: Side,
     angles_rad: &[f64; JOINTS_PER_ARM],
 ) -> impl Fn(&str) -> f64 {
-    let (names, angles_rad) = (arm_joint_names(side), *angles_rad);
+    let (names, angles_rad) = (side.joint_names(), *angles_rad);
     move |joint| {
         let index = names.iter().position(|name| *name == joint);
         index.map_or(0.0, |index| angles_rad[index])

@@ -19,11 +19,11 @@ mod tracker;
 mod urdf;
 
 pub use arm::{Arm, CommandError, CommandMode};
-pub use assembly::{Assembly, AssemblyState, EstopButton, EstopSource};
+pub use assembly::Assembly;
 pub use gripper::{Gripper, GripperState};
 pub use gripper_command::{GripperCommand, GripperCommandError};
 pub use hand::{Hand, HandKind};
-pub use kinematics::{Chain, JOINTS_PER_ARM, Kinematics, Side, arm_joint_names, mirrored};
+pub use kinematics::{Chain, Kinematics};
 pub use parameters::Parameters;
 pub use reflex::{REFLEX_MOTORS, ReflexHand, ReflexMotor};
 pub use robot::Robot;

@@ -1,10 +1,10 @@
 //! Settings of the simulated robot.
 
+use baxter::Side;
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::hand::HandKind;
-use crate::kinematics::Side;
 use crate::scan_pose::ScanPose;
 
 /// Settings, with the defaults of the real robot as far as they are known.

@@ -1,12 +1,13 @@
 //! The whole robot.
 
+use baxter::{Side, mirrored};
 use nalgebra::Isometry3;
 
 use crate::arm::{Arm, CommandError};
 use crate::assembly::Assembly;
 use crate::gripper::Gripper;
 use crate::hand::{Hand, HandKind};
-use crate::kinematics::{Chain, Kinematics, Side, arm_joint_names, arm_positions, mirrored};
+use crate::kinematics::{Chain, Kinematics, arm_positions};
 use crate::parameters::Parameters;
 use crate::reflex::ReflexHand;
 use crate::scan_pose::ScanPoseError;
@@ -55,12 +56,7 @@ impl Robot {
                 (Side::Left, false) => mirrored(RIGHT_ARM_AT_REST_RAD),
                 (Side::Right, false) => RIGHT_ARM_AT_REST_RAD,
             };
-            Ok(Arm::new(
-                arm_joint_names(side),
-                limits,
-                angles_rad,
-                parameters,
-            ))
+            Ok(Arm::new(side.joint_names(), limits, angles_rad, parameters))
         };
         let finger = kinematics.limits("l_gripper_l_finger_joint")?;
         let hand = |kind| match kind {

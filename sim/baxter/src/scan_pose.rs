@@ -1,8 +1,9 @@
 //! The pose in which objects are scanned, as in `config/scan_pose.yaml`.
 
+use baxter::{JOINTS_PER_ARM, Side};
 use serde::{Deserialize, Serialize};
 
-use crate::kinematics::{JOINTS_PER_ARM, Kinematics, Side, arm_joint_names};
+use crate::kinematics::Kinematics;
 use crate::urdf::UrdfError;
 
 /// Angles of the left arm and the head, rad.
@@ -87,7 +88,7 @@ impl ScanPose {
     /// # Errors
     /// An angle outside its joint's limits.
     pub fn validate(&self, kinematics: &Kinematics) -> Result<(), ScanPoseError> {
-        let names = arm_joint_names(Side::Left);
+        let names = Side::Left.joint_names();
         for (name, angle_rad) in names.into_iter().zip(self.left_arm()) {
             check(kinematics, name, angle_rad)?;
         }

@@ -1,5 +1,6 @@
 //! What the simulated robot says.
 
+use baxter::Side;
 use msg::Time;
 use msg::baxter_core_msgs::{
     AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState, EndpointState,
@@ -8,7 +9,7 @@ use msg::baxter_core_msgs::{
 use msg::geometry_msgs::{Point, Pose, Quaternion};
 use msg::sensor_msgs::JointState;
 use node::{Latch, Node, Publisher};
-use sim_baxter::{JointStates, Robot, Side};
+use sim_baxter::{JointStates, Robot};
 
 use crate::hand_voice::HandVoice;
 
@@ -60,7 +61,8 @@ impl Voice {
         }
         self.joint_states
             .send(joint_state(robot.joint_states(), stamp));
-        self.state.send(assembly_state(robot));
+        self.state
+            .send(msg::robot::from_state(robot.assembly.state()));
         for (side, hand) in Side::BOTH.into_iter().zip(&self.hands) {
             hand.speak(robot.hand(side), stamp, tick);
         }
@@ -78,13 +80,12 @@ impl Voice {
 
 impl ArmVoice {
     fn new(node: &Node, side: Side) -> anyhow::Result<Self> {
-        let name = side.name();
-        let topic = |suffix: &str| format!("/robot/limb/{name}/{suffix}");
-        let cuff = format!("/robot/digital_io/{name}_lower_cuff/state");
+        let limb = side.limb_topics();
+        let topic = |suffix: &str| format!("{limb}/{suffix}");
         Ok(Self {
             side,
             endpoint: node.publish(&topic("endpoint_state"), 10, Latch::No)?,
-            cuff: node.publish(&cuff, 10, Latch::No)?,
+            cuff: node.publish(&side.cuff_topic(), 10, Latch::No)?,
             collision_avoidance: node.publish(
                 &topic("collision_avoidance_state"),
                 10,
@@ -126,18 +127,6 @@ fn joint_state(states: JointStates, stamp: Time) -> JointState {
     };
     message.header.stamp = stamp;
     message
-}
-
-fn assembly_state(robot: &Robot) -> AssemblyState {
-    let state = robot.assembly.state();
-    AssemblyState {
-        ready: state.ready,
-        enabled: state.enabled,
-        stopped: state.stopped,
-        error: state.error,
-        estop_button: state.estop_button as u8,
-        estop_source: state.estop_source as u8,
-    }
 }
 
 fn endpoint_state(robot: &Robot, side: Side, stamp: Time) -> EndpointState {

@@ -1,7 +1,8 @@
 //! The laws of the arm: when it moves, how fast, and when it stops.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use sim_baxter::{CommandError, Kinematics, Parameters, Robot, Side, arm_joint_names};
+use baxter::Side;
+use sim_baxter::{CommandError, Kinematics, Parameters, Robot};
 
 const POSITION: i32 = 1;
 const VELOCITY: i32 = 2;
@@ -18,7 +19,7 @@ fn robot(mut parameters: Parameters) -> Robot {
 }
 
 fn names() -> Vec<String> {
-    arm_joint_names(Side::Left).map(String::from).to_vec()
+    Side::Left.joint_names().map(String::from).to_vec()
 }
 
 fn command_w2(robot: &mut Robot, mode: i32, value: f64) -> Result<(), CommandError> {

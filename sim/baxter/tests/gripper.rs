@@ -1,9 +1,8 @@
 //! The electric gripper as its clients know it.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use sim_baxter::{
-    Gripper, GripperCommand, GripperCommandError, Kinematics, Parameters, Robot, Side,
-};
+use baxter::Side;
+use sim_baxter::{Gripper, GripperCommand, GripperCommandError, Kinematics, Parameters, Robot};
 
 const ID: u32 = 65_538;
 

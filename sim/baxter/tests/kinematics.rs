@@ -1,8 +1,9 @@
 //! Forward kinematics against published figures, and the scan pose against its promise.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+use baxter::{Side, mirrored};
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
-use sim_baxter::{Kinematics, ScanPose, Side, Urdf, UrdfError, mirrored};
+use sim_baxter::{Kinematics, ScanPose, Urdf, UrdfError};
 
 fn base_from_hand(angles_rad: &[f64; 7]) -> Isometry3<f64> {
     Kinematics::baxter()
@@ -197,4 +198,17 @@ fn tilt_deg(pose: &Isometry3<f64>) -> f64 {
     (pose.rotation * Vector3::z())
         .angle(&Vector3::z())
         .to_degrees()
+}
+
+#[test]
+fn limits_of_the_description_are_those_that_all_programs_know() {
+    let kinematics = Kinematics::baxter().unwrap();
+    for side in Side::BOTH {
+        let described = kinematics.arm_limits(side).unwrap();
+        for (described, known) in described.into_iter().zip(side.joint_limits()) {
+            assert_eq!(described.lower, known.lower_rad);
+            assert_eq!(described.upper, known.upper_rad);
+            assert_eq!(described.velocity, known.velocity_max_rad_s);
+        }
+    }
 }

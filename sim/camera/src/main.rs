@@ -11,8 +11,9 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use baxter::{Gap, Side};
 use exposure::Source;
-use gripper::{FINGERS, Gap, HandKind, ReflexParameters, Side};
+use gripper::{FINGERS, HandKind, ReflexParameters};
 use msg::Time;
 use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{
@@ -103,7 +104,7 @@ fn follow_electric(
     side: Side,
     gap: Gap,
 ) -> anyhow::Result<Subscriber> {
-    let topic = format!("/robot/end_effector/{}_gripper/state", side.name());
+    let topic = format!("{}/state", side.gripper_topics());
     let world = Arc::clone(world);
     let draw = move |state: EndEffectorState| {
         let width_m = gap.width_m(f64::from(state.position) / 100.0);

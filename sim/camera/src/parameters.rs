@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use gripper::{Gap, HandKind, Side};
+use baxter::{Gap, Side};
+use gripper::HandKind;
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 use sim_deform::SQUEEZE_MAX_M;

@@ -6,9 +6,9 @@ mod state;
 use std::time::{Duration, Instant};
 
 use crate::error::GraspError;
-use crate::gap::Gap;
 use crate::hand::{Goal, Grasped, Hand, Outcome, Step, Task};
 use crate::parameters::{ElectricParameters, Parameters};
+use baxter::Gap;
 
 pub use command::ElectricCommand;
 use command::{Configuration, Sender, Verb};

@@ -1,13 +1,13 @@
 //! Scans found in what somebody else makes the robot do.
 
 use super::output::{Output, Place, Pose, Shot, new_scan_id};
+use baxter::JointSample;
 use msg::sensor_msgs::{JointState, PointCloud2};
-use msg::stamp;
+use msg::{robot, stamp};
 use node::{Expect, Node, Transforms, Tuned};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::mpsc;
 use view_capture::{Parameters, Sweep, Taken};
-use wrist_rotator::JointSample;
 
 type Views = Vec<Taken<Arc<Shot>>>;
 
@@ -67,9 +67,7 @@ fn hand_on(found: &mpsc::UnboundedSender<Views>, views: Option<Views>) {
 
 /// What a message says of `joint`, where that is an angle; most messages on the topic are about others.
 pub fn sample_of(state: &JointState, joint: &str) -> Option<JointSample> {
-    let stamp = stamp::since_epoch(state.header.stamp);
-    JointSample::find(joint, &state.name, &state.position, &state.velocity, stamp)
-        .filter(|sample| sample.angle_rad.is_finite())
+    robot::joint_sample(state, joint).filter(|sample| sample.angle_rad.is_finite())
 }
 
 async fn publish(

@@ -2,12 +2,19 @@
 
 use std::time::Duration;
 
-use crate::monitor::JointSample;
+use crate::joint::JointSample;
+
+/// Speed of a joint that counts as rest unless the user says otherwise, rad/s.
+pub const REST_VELOCITY_RAD_S: f64 = 0.02;
+
+/// Time for which it must be that slow, s: three periods of the joint states at 100 Hz, and not four where their stamps
+/// jitter. Longer, and images lie ready and wait for the answer.
+pub const REST_DWELL_S: f64 = 0.025;
 
 /// Where and since when a joint has been at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrived {
-    /// Last measured angle.
+    /// Last measured angle, rad.
     pub angle_rad: f64,
     /// Stamp of the first sample at rest, in ROS time.
     pub at_rest: Duration,
@@ -62,7 +69,7 @@ impl Arrival {
             return None;
         }
         let at_rest = *self.at_rest_since.get_or_insert(sample.stamp);
-        let rested = sample.stamp - at_rest;
+        let rested = sample.stamp.saturating_sub(at_rest);
         (rested >= self.dwell).then_some(Arrived {
             angle_rad: sample.angle_rad,
             at_rest,
@@ -78,7 +85,7 @@ impl Arrival {
         let velocity_rad_s = match (sample.velocity_rad_s, last) {
             (Some(velocity_rad_s), _) => velocity_rad_s,
             (None, Some(last)) if sample.stamp > last.stamp => {
-                let elapsed_s = (sample.stamp - last.stamp).as_secs_f64();
+                let elapsed_s = sample.stamp.saturating_sub(last.stamp).as_secs_f64();
                 (sample.angle_rad - last.angle_rad) / elapsed_s
             }
             _ => return false,
