@@ -1,10 +1,14 @@
 # make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
-# make test                    all tests but those of a cluster and of several hosts
+# make test [JOBS=2]           all tests but those of the next four; JOBS: so many whole-system tests at once
+# make test-real               the tests on real scans and captures; DEFORMABLE_COBOT_REAL names their folder
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make test-hosts              a robot and three computers on this one: started by ssh, and everything that goes wrong
+# make test-distros            set-up, build, demo and a test on bare Debian 11, 12, 13, and Containerfile, in a chroot each (needs root)
+#     [DISTROS="debian-11 debian-13 container"]
 # make build                   programs in target/release, ROS package in target/catkin/devel
 # make screenshot              README's picture of a scan in RViz, drawn without a screen
 # make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
+# make fault-table             docs/faults.md: what may go wrong and what happens then, from the tests and their last results
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
 # make lint                    formatting, warnings, documentation, spelling, licences and sources of all dependencies
@@ -14,7 +18,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-cluster test-hosts build screenshot interface bench soak lint audit setup
+.PHONY: demo test test-real test-cluster test-hosts test-distros fault-table build screenshot interface bench soak lint audit setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -31,14 +35,24 @@ build: setup
 	cargo build --release --workspace
 	setup/catkin
 
-demo: build
+# Builds only what it runs: without the tools and the training framework.
+demo: setup
+	@echo 'demo: building the programs of the graph; the first time compiles some 270 libraries, which takes minutes'
+	setup/catkin target/catkin deformable_cobot_graph
+	echo 'demo: starting the graph on the simulated robot'
 	source setup/environment
 	$(PYTHON) tests/demo $(if $(DISPLAY_RVIZ),--rviz)
 
+JOBS := 1
 test: build
 	cargo test --release --workspace
 	source setup/environment
-	$(PYTHON) -m pytest tests
+	$(PYTHON) -m pytest $(if $(filter-out 1,$(JOBS)),--numprocesses=$(JOBS)) --junitxml=target/results/tests.xml tests
+
+REAL := $(or $(DEFORMABLE_COBOT_REAL),$(realpath ../shared/real))
+test-real: build
+	test -d "$(REAL)" || { echo 'test-real: no real data; let DEFORMABLE_COBOT_REAL name its folder' >&2; exit 1; }
+	DEFORMABLE_COBOT_REAL="$(REAL)" cargo test --release --workspace -- --ignored
 
 test-cluster: build
 	setup/install munge slurm-client slurmctld slurmd
@@ -47,7 +61,15 @@ test-cluster: build
 test-hosts: build
 	setup/install iproute2 openssh-server python3-paramiko
 	source setup/environment
-	$(PYTHON) -m pytest tests/hosts
+	$(PYTHON) -m pytest --junitxml=target/results/hosts.xml tests/hosts
+
+# From the results of the last `make test` and `make test-hosts`.
+fault-table:
+	$(PYTHON) tests/fault_table.py
+
+test-distros:
+	setup/install debootstrap
+	$(PYTHON) tests/distros $(DISTROS)
 
 screenshot: build
 	setup/install $(RVIZ) xvfb imagemagick
@@ -84,7 +106,7 @@ lint: $(DENY)
 	RUSTDOCFLAGS='-D warnings' cargo doc --release --workspace --no-deps
 	shellcheck --exclude=SC1090,SC1091 setup/install setup/onnxruntime setup/catkin launch/dataset.sbatch .ci/run
 	shellcheck --shell=bash --exclude=SC1090,SC1091 launch/env_loader.bash
-	$(PYTHON) -m pyflakes tests tests/demo tests/bench tests/screenshot tests/soak \
+	$(PYTHON) -m pyflakes tests tests/demo tests/distros tests/bench tests/screenshot tests/soak \
 		tests/peers/{arap,dataset,model,reconstruct,registration,scaling,training}
 	codespell --skip=target,.git,Cargo.lock --ignore-words-list=crate
 	$(DENY) check --hide-inclusion-graph licenses bans sources

@@ -26,7 +26,8 @@ def checkout():
 def executables(checkout):
     """Names of the programs that the package offers."""
     lists = (checkout / 'ros' / 'CMakeLists.txt').read_text()
-    return sorted(lists.split('set(EXECUTABLES')[1].split(')')[0].split())
+    return sorted(name for kind in ('GRAPH', 'TOOL')
+                  for name in lists.split(f'set({kind}_EXECUTABLES')[1].split(')')[0].split())
 
 
 @pytest.fixture(scope='session')

@@ -9,12 +9,16 @@ import pytest
 @pytest.fixture
 def install(checkout, tmp_path):
     """Runs setup/install with stand-ins for some of the system's programs; returns exit code and what it printed."""
-    def run(**stand_ins):
+    def run(os_release=None, skip='', **stand_ins):
+        variables = {'SETUP_SKIP_PACKAGES': skip}
+        if os_release:
+            (tmp_path / 'os-release').write_text(os_release)
+            variables['OS_RELEASE'] = str(tmp_path / 'os-release')
         for name, script in stand_ins.items():
             program = tmp_path / name.replace('_', '-')
             program.write_text(f'#!/bin/bash\n{script}\n')
             program.chmod(0o755)
-        done = subprocess.run([checkout / 'setup' / 'install'], env={**os.environ, 'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
+        done = subprocess.run([checkout / 'setup' / 'install'], env={**os.environ, **variables, 'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         return done.returncode, done.stdout
     return run
@@ -37,6 +41,37 @@ def test_refuses_a_missing_cargo(install):
     code, printed = install(dpkg_query='echo -n installed', cargo='exit 127')
     assert code == 1
     assert 'none was found' in printed
+
+
+needs_no_opt = pytest.mark.skipif(os.path.exists('/opt/ros/noetic/setup.bash'), reason='/opt/ros/noetic comes first')
+
+
+@needs_no_opt
+@pytest.mark.parametrize('id_, version', [('debian', '11'), ('debian', '12'), ('debian', '13'),
+                                          ('ubuntu', '22.04'), ('ubuntu', '24.04')])
+def test_knows_the_systems_whose_archive_has_noetic(install, id_, version):
+    code, printed = install(os_release=f'ID={id_}\nVERSION_ID="{version}"\n', id='echo 1000', sudo='exit 1', dpkg_query='exit 1')
+    assert code == 1
+    # Debian 13's catkin does without it, and then nothing sets ROS_PACKAGE_PATH.
+    assert 'apt-get install' in printed and ' ros-environment ' in printed
+
+
+@needs_no_opt
+def test_another_system_is_told_what_to_bring_and_how_to_go_on(install, checkout):
+    fedora = 'ID=fedora\nVERSION_ID=41\nPRETTY_NAME="Fedora Linux 41"\n'
+    code, printed = install(os_release=fedora)
+    assert code == 1
+    assert 'Fedora Linux 41 is not known here' in printed and 'SETUP_SKIP_PACKAGES=1' in printed
+    for package in (checkout / 'setup' / 'packages' / 'archive.txt').read_text().split():
+        assert package in printed
+    assert install(os_release=fedora, skip='1') == (0, '')
+
+
+@needs_no_opt
+def test_ubuntu_20_04_without_ros_is_told_where_it_comes_from(install):
+    code, printed = install(os_release='ID=ubuntu\nVERSION_ID="20.04"\n')
+    assert code == 1
+    assert '/opt/ros/noetic' in printed and 'ros-noetic-ros-base' in printed
 
 
 def test_is_content_where_nothing_is_missing(install):

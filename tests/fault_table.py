@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""Writes docs/faults.md: what may go wrong, and what must happen then, from the names and words of the tests that try it.
+
+Results come from what the tests' last runs left in target/results; a test that has not run says so.
+"""
+
+import argparse
+import ast
+import pathlib
+import xml.etree.ElementTree
+
+CHECKOUT = pathlib.Path(__file__).resolve().parent.parent
+PAGE = CHECKOUT / 'docs' / 'faults.md'
+RESULTS = CHECKOUT / 'target' / 'results'
+# Title, and the tests under it. Those of tests/hosts run by `make test-hosts`, the others by `make test`.
+CHAPTERS = (
+    ('Between computers', 'tests/hosts/test_links.py'),
+    ('Cameras, clocks, people and strangers', 'tests/hosts/test_faults.py'),
+    ('The wrist', 'tests/test_wrist.py'),
+    ('Nodes that are killed', 'tests/test_kills.py'),
+    ('The links of one node', 'tests/test_links.py'),
+)
+HEAD = '''# Faults, and what must happen
+
+Made by `make fault-table` from the tests' own names and words; a test compares it with them. Each row is a test: the right
+column is its last result when the table was made. `make test-hosts` makes a robot and three computers of this one
+(namespaces, each with its own sshd, joined by a switch; needs root), starts `robot.launch` by ssh, and breaks it.
+[motion.md](motion.md) says by which rule the arm stops.
+'''
+
+
+def main():
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    PAGE.write_text(page(results()))
+    print(f'written: {PAGE.relative_to(CHECKOUT)}')
+
+
+def page(outcomes):
+    """The whole page; `outcomes` maps (file, test) to a word."""
+    lines = [HEAD]
+    for title, file in CHAPTERS:
+        lines += [f'## {title}', '', f'[{file}](../{file})', '', '| test | what must happen | |', '|---|---|---|']
+        lines += [f'| {words(name)} | {text} | {outcomes.get((module(file), name), "not run")} |'
+                  for name, text in tests(CHECKOUT / file)]
+        lines += ['']
+    return '\n'.join(lines)
+
+
+def tests(path):
+    """(name, what its documentation says) of each test in the file, in its order."""
+    for item in ast.parse(path.read_text()).body:
+        if isinstance(item, ast.FunctionDef) and item.name.startswith('test_'):
+            text = (ast.get_docstring(item) or '').strip().replace('|', '\\|')
+            yield item.name, '<br>'.join(line.strip() for line in text.splitlines())
+
+
+def module(file):
+    """As pytest names it in its reports."""
+    return file.removeprefix('tests/').removesuffix('.py').replace('/', '.')
+
+
+def words(name):
+    return name.removeprefix('test_').replace('_', ' ')
+
+
+def results():
+    """The worst outcome of each test over its parameters, by (file, test)."""
+    worst = {}
+    for report in RESULTS.glob('*.xml'):
+        for case in xml.etree.ElementTree.parse(report).iter('testcase'):
+            key = (case.get('classname').removeprefix('tests.'), case.get('name').split('[')[0])
+            kinds = {child.tag for child in case}
+            outcome = 'FAILED' if kinds & {'failure', 'error'} else 'skipped' if 'skipped' in kinds else 'passed'
+            worst[key] = min(outcome, worst.get(key, 'passed'), key=('FAILED', 'skipped', 'passed').index)
+    return worst
+
+
+if __name__ == '__main__':
+    main()
