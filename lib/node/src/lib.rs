@@ -11,8 +11,8 @@
 //! | registers with the master once | a watch registers again after the master was restarted |
 //! | latching unknown to rosbag | [`Latch::Yes`] repeats each second |
 //! | service calls wait for ever | [`Node::call`] has a deadline, and hangs up when it is dropped |
-//! | services do not see their callers die | a server of our own, and [`Caller::gone`] |
-//! | one mute caller keeps all others from a service | that server gives each a thread and a time limit |
+//! | services do not see their callers die | a server of our own, and [`Life`] |
+//! | one mute caller keeps all others from a service | that server serves all at once, and counts them |
 //! | waits for mute, stopped and unplugged peers | time limits on all sockets |
 //! | no notion of time going back | [`Clock::jumps`], and TF is forgotten |
 //! | never asks publishers for TCP_NODELAY | acknowledges each message at once |
@@ -26,11 +26,12 @@ pub mod layout;
 pub mod transforms;
 
 mod acknowledgement;
-mod caller;
+mod callers;
 mod clock;
 mod health;
 #[cfg(test)]
 mod hostile;
+mod life;
 mod link;
 mod listener;
 mod logging;
@@ -44,6 +45,7 @@ mod publisher;
 mod service;
 mod service_client;
 mod service_server;
+mod shutdown;
 mod sockets;
 mod subscriber;
 mod supervisor;
@@ -52,15 +54,16 @@ mod tcpros;
 mod tuning;
 mod xmlrpc;
 
-pub use caller::Caller;
 pub use clock::Clock;
 pub use health::{Health, Level};
+pub use life::Life;
 pub use listener::Transforms;
-pub use node::{Node, run};
+pub use node::{Node, compute, run, run_program};
 pub use offset::ClockOffset;
 pub use parameters::ParameterError;
 pub use peers::{PeerClock, Peers, Source, Unreachable};
 pub use publisher::{Latch, Publisher};
 pub use service::{CallError, Server};
+pub use service_server::{Answer, Handler};
 pub use subscriber::{Expect, Subscriber};
 pub use tuning::Tuned;

@@ -1,13 +1,15 @@
 //! A node from start to shutdown.
 
-use crate::caller::Caller;
 use crate::clock::Clock;
 use crate::environment;
 use crate::health::Health;
+use crate::life::Life;
 use crate::parameters::{self, ParameterError};
 use crate::publisher::{Latch, Publisher};
 use crate::service::{CallError, Server};
 use crate::service_client;
+use crate::service_server::Handler;
+use crate::shutdown::{self, SHUTDOWN_MAX};
 use crate::subscriber::{Expect, Subscriber};
 use crate::supervisor::{self, Duties, Registry};
 use anyhow::Context;
@@ -20,10 +22,10 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::watch;
+use tokio::time::Instant;
 
-/// How long a node takes at most to say goodbye to the master.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// How long the master has at most to hear that a node goes.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// This process as a ROS node. Clones share it; there is one in a process.
 #[derive(Clone)]
@@ -37,16 +39,33 @@ struct Shared {
     registry: Arc<Registry>,
     clock: Arc<Clock>,
     health: Health,
-    shutdown: watch::Sender<bool>,
     /// Writes the parameters in force again.
     restore: Arc<Mutex<Option<Restore>>>,
 }
 
-/// Runs a node called `name`: starts it, runs `body` and says goodbye.
+/// Runs a node called `name`: starts it, runs `body` and ends it.
 ///
-/// `body` sets up topics and services and then waits for [`Node::until_shutdown`]. When it returns, motion must have
-/// stopped: only then are the node's links taken down. An error of it is logged, and the process exits with 1.
+/// `body` sets up topics and services and then waits for [`Node::until_shutdown`], upon which each [`Life`] ends. It returns
+/// once nothing moves any more. Then the requests under way are answered, and only after that the node's links are taken
+/// down. All of it takes 3 s at most. An error of `body` is logged, and the process exits with 1.
 pub fn run<F, B>(name: &str, body: B) -> ExitCode
+where
+    F: Future<Output = anyhow::Result<()>>,
+    B: FnOnce(Node) -> F,
+{
+    run_for(name, Some(SHUTDOWN_MAX - FAREWELL), body)
+}
+
+/// As [`run`], for a program of the terminal: its `body` ends when it has told its user all, however long that takes.
+pub fn run_program<F, B>(name: &str, body: B) -> ExitCode
+where
+    F: Future<Output = anyhow::Result<()>>,
+    B: FnOnce(Node) -> F,
+{
+    run_for(name, None, body)
+}
+
+fn run_for<F, B>(name: &str, rest_max: Option<Duration>, body: B) -> ExitCode
 where
     F: Future<Output = anyhow::Result<()>>,
     B: FnOnce(Node) -> F,
@@ -55,21 +74,67 @@ where
     crate::logging::install();
     abort_on_panic();
     let registry = Arc::new(Registry::default());
+    let links = Arc::clone(&registry);
     let result = runtime().and_then(|runtime| {
-        let links = Arc::clone(&registry);
-        let result = runtime.block_on(async { body(Node::start(name, links)?).await });
+        let result = runtime.block_on(async {
+            let result = match Node::start(name, links) {
+                Ok(node) => run_body(body(node), rest_max).await,
+                Err(error) => Err(error),
+            };
+            end_requests(name).await;
+            result
+        });
+        if let Err(error) = &result {
+            log::error!("{name}: {error:#}");
+        }
+        farewell(registry);
         runtime.shutdown_timeout(Duration::from_millis(100));
         result
     });
-    if let Err(error) = &result {
-        log::error!("{name}: {error:#}");
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) => ExitCode::FAILURE,
     }
-    farewell(registry);
-    if result.is_ok() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
+}
+
+/// Until it returns, or has not done so `rest_max` after it was told to end.
+async fn run_body(
+    body: impl Future<Output = anyhow::Result<()>>,
+    rest_max: Option<Duration>,
+) -> anyhow::Result<()> {
+    let late = async {
+        let ordered = shutdown::ordered().await;
+        match rest_max {
+            Some(rest_max) => tokio::time::sleep_until(ordered + rest_max).await,
+            None => std::future::pending().await,
+        }
+    };
+    tokio::select! {
+        result = body => result,
+        () = late => Err(anyhow::anyhow!("did not come to rest in time")),
     }
+}
+
+/// Ends each [`Life`], and waits until all requests are answered.
+async fn end_requests(name: &str) {
+    shutdown::order();
+    let deadline = shutdown::ordered().await + SHUTDOWN_MAX - FAREWELL;
+    // A body that ended by itself leaves work that was told just now.
+    let deadline = deadline.max(Instant::now() + Duration::from_millis(500));
+    if !shutdown::all_work_ended(deadline).await {
+        log::error!("{name}: ended before all requests were answered");
+    }
+}
+
+/// Runs what computes for long beside the node's other work.
+///
+/// # Errors
+/// Where the node ends meanwhile.
+pub async fn compute<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, String> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(|_| "the node is shutting down".to_owned())
 }
 
 impl Node {
@@ -84,7 +149,6 @@ impl Node {
             registry,
             clock: Arc::new(Clock::new()),
             health: Health::new(&rosrust::name(), diagnostics),
-            shutdown: watch::Sender::new(false),
             restore: Arc::default(),
         });
         let restore = Arc::clone(&shared.restore);
@@ -109,28 +173,25 @@ impl Node {
             SignalKind::hangup(),
         ] {
             let mut stream = signal(kind)?;
-            let shared = Arc::clone(&self.shared);
             tokio::spawn(async move {
                 if stream.recv().await.is_some() {
-                    shared.shutdown.send_replace(true);
+                    shutdown::order();
                 }
             });
         }
+        tokio::spawn(async {
+            // rosrust tells nobody when the master orders it.
+            while rosrust::is_ok() {
+                tokio::time::sleep(Duration::from_millis(50)).await;
+            }
+            shutdown::order();
+        });
         Ok(())
     }
 
     /// Waits for SIGINT, SIGTERM, SIGHUP or the master's order to shut down.
     pub async fn until_shutdown(&self) {
-        let mut shutdown = self.shared.shutdown.subscribe();
-        let ordered = async {
-            while rosrust::is_ok() {
-                tokio::time::sleep(Duration::from_millis(100)).await;
-            }
-        };
-        tokio::select! {
-            _ = shutdown.wait_for(|down| *down) => {}
-            () = ordered => {}
-        }
+        shutdown::ordered().await;
     }
 
     /// The private parameters, completed with the defaults of `P`.
@@ -189,36 +250,41 @@ impl Node {
         Ok(subscriber)
     }
 
-    /// Offers the service `name`. `handler` runs on a thread for each call, several at once if called so.
+    /// Offers the service `name`. `handler` answers each request, several at once if called so; its [`Life`] ends when the
+    /// caller has gone or this node is told to end. What it moved must rest when it answers. What computes for long belongs
+    /// into [`compute`].
+    ///
+    /// # Errors
+    /// Where the name is none, or the master cannot be reached.
     pub fn serve<S: Service>(
         &self,
         name: &str,
-        handler: impl Fn(S::Request) -> Result<S::Response, String> + Send + Sync + 'static,
+        handler: impl Handler<S>,
     ) -> anyhow::Result<Server> {
-        self.serve_caller::<S>(name, move |request, _| handler(request))
-    }
-
-    /// As [`Node::serve`]; `handler` is also told who waits for the answer, so that it can give up when nobody does.
-    pub fn serve_caller<S: Service>(
-        &self,
-        name: &str,
-        handler: impl Fn(S::Request, Caller) -> Result<S::Response, String> + Send + Sync + 'static,
-    ) -> anyhow::Result<Server> {
-        let server = Server::new::<S>(name, Arc::new(handler))
+        let server = Server::new::<S>(name, handler)
             .with_context(|| format!("cannot offer the service {name}"))?;
         self.shared.registry.add(&server.tended());
         Ok(server)
     }
 
-    /// Calls the service `name` and waits for the answer until `deadline` has passed. Dropped before, it hangs up, and the
-    /// service knows that nobody waits.
+    /// Calls the service `name` and waits for the answer until `deadline` has passed or `life` has ended. Then it hangs up,
+    /// which the service's handler is told, and waits up to 1.5 s more for what moves to rest. Dropped, it hangs up at once.
+    ///
+    /// # Errors
+    /// Says why there is no answer.
     pub async fn call<S: Service>(
         &self,
         name: &str,
         request: S::Request,
         deadline: Duration,
+        life: &Life,
     ) -> Result<S::Response, CallError> {
-        service_client::call::<S>(name, request, deadline).await
+        service_client::call::<S>(name, request, deadline, life).await
+    }
+
+    /// Lives until this node is told to end: for what nobody outside asked for. Must be called in the runtime.
+    pub fn life(&self) -> Life {
+        Life::until(std::future::pending())
     }
 
     /// Name of this node, with its namespace.

@@ -28,6 +28,14 @@ pub enum CallError {
         /// The time it had.
         deadline: Duration,
     },
+    /// Whoever waited for the answer has gone, or this node ends.
+    #[error("the service {name} was given up: {reason}")]
+    GivenUp {
+        /// Name of the service.
+        name: String,
+        /// Why nobody waits any more.
+        reason: String,
+    },
     /// The server or the connection failed.
     #[error("the service {name} failed: {reason}")]
     Failed {
@@ -52,10 +60,10 @@ struct Core {
 }
 
 impl Server {
-    pub(crate) fn new<S: Service>(name: &str, handler: Arc<Handler<S>>) -> anyhow::Result<Self> {
+    pub(crate) fn new<S: Service>(name: &str, handler: impl Handler<S>) -> anyhow::Result<Self> {
         let name = resolved(name)?;
         let host = rosrust::hostname();
-        let server = ServiceServer::start::<S>(&name, &host, handler)?;
+        let server = ServiceServer::start(&name, &host, Arc::new(handler))?;
         let uri = format!("rosrpc://{host}:{}", server.port());
         let core = Core {
             name,

@@ -5,172 +5,137 @@
 
 use crate::bounded::{Request, Response};
 use crate::layout::MESSAGE_BYTES_MAX;
+use crate::life::Life;
 use crate::master;
 use crate::service::{CallError, resolved};
-use crate::tcpros::{Limited, block, header, read_block, read_header};
+use crate::tcpros::{block, header, read_block, read_header, set_options};
 use msg::service::Service;
 use rosrust::RosMsg;
-use std::io::{self, Read, Write};
-use std::net::{Shutdown, TcpStream, ToSocketAddrs};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::io;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::net::tcp::ReadHalf;
+use tokio::time::{sleep, timeout};
 
 /// Pause between two looks for a service that is not there yet.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
+/// How long the server of a call that was given up has to bring to rest what it moves, and to say so.
+const REST_PATIENCE: Duration = Duration::from_millis(1500);
 
-/// Calls the service `name` and waits for the answer until `deadline` has passed. Given up before, it hangs up.
+/// The response, or the server's words why there is none.
+type Answer<S> = Result<<S as rosrust::ServicePair>::Response, String>;
+
+/// What ends a call before its answer.
+enum End {
+    Deadline,
+    Life(String),
+}
+
+/// Calls the service `name`, which has until `deadline` has passed or `life` has ended.
+///
+/// A call that is given up for either hangs up, so that the server's own [`Life`] ends. It returns when the server has said
+/// that it is done, or after 1.5 s. Dropped, it hangs up without waiting.
 pub(crate) async fn call<S: Service>(
     name: &str,
     request: S::Request,
     deadline: Duration,
-) -> Result<S::Response, CallError> {
-    let line = Line::default();
-    let hang_up = HangUp(line.clone());
-    let owned = name.to_owned();
-    let work =
-        tokio::task::spawn_blocking(move || call_blocking::<S>(&owned, request, deadline, &line));
-    let answer = tokio::time::timeout(deadline, work).await;
-    drop(hang_up);
-    match answer {
-        Ok(Ok(result)) => result,
-        Ok(Err(panic)) => Err(CallError::Failed {
-            name: name.into(),
-            reason: panic.to_string(),
-        }),
-        Err(_) => Err(CallError::Deadline {
-            name: name.into(),
-            deadline,
-        }),
-    }
-}
-
-/// The connection of a call, shared by who works on it and who gives it up.
-#[derive(Clone, Default)]
-struct Line(Arc<Mutex<State>>);
-
-#[derive(Default)]
-enum State {
-    #[default]
-    Idle,
-    Connected(TcpStream),
-    GivenUp,
-}
-
-impl Line {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn is_given_up(&self) -> bool {
-        matches!(*self.state(), State::GivenUp)
-    }
-
-    /// Whether the call may use its connection.
-    fn connected(&self, stream: &TcpStream) -> io::Result<bool> {
-        let mut state = self.state();
-        if matches!(*state, State::GivenUp) {
-            return Ok(false);
-        }
-        *state = State::Connected(stream.try_clone()?);
-        Ok(true)
-    }
-}
-
-/// Gives the call up when dropped.
-struct HangUp(Line);
-
-impl Drop for HangUp {
-    fn drop(&mut self) {
-        if let State::Connected(stream) = std::mem::replace(&mut *self.0.state(), State::GivenUp) {
-            // Fails where the server has hung up already.
-            let _ = stream.shutdown(Shutdown::Both);
-        }
-    }
-}
-
-fn call_blocking<S: Service>(
-    name: &str,
-    request: S::Request,
-    deadline: Duration,
-    line: &Line,
+    life: &Life,
 ) -> Result<S::Response, CallError> {
     let failed = |reason: String| CallError::Failed {
         name: name.into(),
         reason,
     };
-    let service = resolved(name).map_err(|error| failed(error.to_string()))?;
-    let start = Instant::now();
-    // Half of the time to appear, so that an absent service is told from a slow one.
-    let Some(stream) = connect(&service, deadline / 2, line) else {
-        return Err(CallError::Absent {
-            name: name.into(),
-            waited: start.elapsed(),
-        });
-    };
-    let left = deadline.saturating_sub(start.elapsed());
-    match exchange::<S>(&stream, &service, request, left) {
-        Ok(Ok(response)) => Ok(response),
-        Ok(Err(reason)) => Err(failed(reason)),
-        // Told alike whoever notices first.
-        Err(error) if error.kind() == io::ErrorKind::TimedOut => Err(CallError::Deadline {
+    let ended = |end| match end {
+        End::Deadline => CallError::Deadline {
             name: name.into(),
             deadline,
+        },
+        End::Life(reason) => CallError::GivenUp {
+            name: name.into(),
+            reason,
+        },
+    };
+    let service = resolved(name).map_err(|error| failed(format!("{error:#}")))?;
+    let mut bytes = Vec::new();
+    let encoded = Request::<S>(request).encode(&mut bytes);
+    encoded.map_err(|error| failed(error.to_string()))?;
+    let end = async {
+        tokio::select! {
+            biased;
+            reason = life.ended() => End::Life(reason),
+            () = sleep(deadline) => End::Deadline,
+        }
+    };
+    tokio::pin!(end);
+    let mut stream = tokio::select! {
+        biased;
+        end = &mut end => return Err(match end {
+            End::Deadline => CallError::Absent { name: name.into(), waited: deadline },
+            end => ended(end),
         }),
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(failed(
-            "it hung up before it answered; has its node ended?".into(),
-        )),
-        Err(error) => Err(failed(error.to_string())),
-    }
-}
-
-/// A connection to the server, as soon as there is one; `None` where there is none in time or nobody waits any more.
-fn connect(service: &str, patience: Duration, line: &Line) -> Option<TcpStream> {
-    let end = Instant::now() + patience;
-    while !line.is_given_up() {
-        let left = end.checked_duration_since(Instant::now())?;
-        let dialled = master::lookup_service(service).and_then(|address| dial(address, left));
-        match dialled {
-            Ok(stream) => return line.connected(&stream).ok()?.then_some(stream),
-            Err(_) => std::thread::sleep(LOOK_PERIOD.min(left)),
+        stream = connect(&service) => stream,
+    };
+    let asked = tokio::select! {
+        biased;
+        end = &mut end => return Err(ended(end)),
+        asked = ask::<S>(&mut stream, &service, &bytes) => asked,
+    };
+    asked.map_err(|error| failed(error.to_string()))?;
+    let (mut reader, mut writer) = stream.split();
+    let answer = read_answer::<S>(&mut reader);
+    tokio::pin!(answer);
+    tokio::select! {
+        biased;
+        answer = &mut answer => match answer {
+            Ok(answer) => answer.map_err(failed),
+            Err(error) => Err(failed(error.to_string())),
+        },
+        end = &mut end => {
+            // Fails where the server has hung up already.
+            let _ = writer.shutdown().await;
+            let _ = timeout(REST_PATIENCE, answer).await;
+            Err(ended(end))
         }
     }
-    None
 }
 
-fn dial(address: Option<String>, patience: Duration) -> io::Result<TcpStream> {
-    let address = address.ok_or(io::ErrorKind::NotFound)?;
-    let address = address.to_socket_addrs()?.next();
-    TcpStream::connect_timeout(&address.ok_or(io::ErrorKind::NotFound)?, patience)
+/// A connection to the server, as soon as there is one.
+async fn connect(service: &str) -> TcpStream {
+    loop {
+        if let Ok(stream) = dial(service).await {
+            return stream;
+        }
+        sleep(LOOK_PERIOD).await;
+    }
 }
 
-/// The response, or the server's words why there is none.
-fn exchange<S: Service>(
-    stream: &TcpStream,
-    service: &str,
-    request: S::Request,
-    patience: Duration,
-) -> io::Result<Result<S::Response, String>> {
-    stream.set_nodelay(true)?;
-    stream.set_write_timeout(Some(patience.max(LOOK_PERIOD)))?;
-    let mut writer = stream;
-    let mut reader = Limited::new(stream, patience);
-    writer.write_all(&header(&[
+async fn dial(service: &str) -> io::Result<TcpStream> {
+    let owned = service.to_owned();
+    let address = tokio::task::spawn_blocking(move || master::lookup_service(&owned)).await??;
+    TcpStream::connect(address.ok_or(io::ErrorKind::NotFound)?).await
+}
+
+/// Introduces this node, and sends the request once the server has accepted that.
+async fn ask<S: Service>(stream: &mut TcpStream, service: &str, request: &[u8]) -> io::Result<()> {
+    set_options(stream)?;
+    let introduction = header(&[
         ("callerid", &rosrust::name()),
         ("service", service),
         ("md5sum", &S::md5sum()),
         ("type", &S::msg_type()),
-    ]))?;
-    let fields = read_header(&mut reader)?;
-    if let Some(refusal) = fields.get("error") {
-        return Ok(Err(refusal.clone()));
+    ]);
+    stream.write_all(&introduction).await?;
+    if let Some(refusal) = read_header(stream).await?.remove("error") {
+        return Err(io::Error::other(refusal));
     }
-    let mut bytes = Vec::new();
-    Request::<S>(request).encode(&mut bytes)?;
-    writer.write_all(&block(&bytes))?;
-    let mut good = [0];
-    reader.read_exact(&mut good)?;
-    let answer = read_block(&mut reader, MESSAGE_BYTES_MAX)?;
-    if good == [0] {
+    stream.write_all(&block(request)).await
+}
+
+async fn read_answer<S: Service>(reader: &mut ReadHalf<'_>) -> io::Result<Answer<S>> {
+    let is_good = reader.read_u8().await? != 0;
+    let answer = read_block(reader, MESSAGE_BYTES_MAX).await?;
+    if !is_good {
         return Ok(Err(String::from_utf8_lossy(&answer).into_owned()));
     }
     Response::<S>::decode(&answer[..]).map(|Response(response)| Ok(response))

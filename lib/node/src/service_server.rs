@@ -4,56 +4,74 @@
 //! caller's header on the thread that accepts the next one.
 
 use crate::bounded::{Request, Response};
-use crate::caller::Caller;
+use crate::callers::{Callers, Place};
 use crate::layout::MESSAGE_BYTES_MAX;
-use crate::tcpros::{Limited, block, header, read_block, read_header};
+use crate::life::Life;
+use crate::shutdown::{self, Work};
+use crate::tcpros::{block, header, read_block, read_header, set_options};
 use msg::service::Service;
 use rosrust::RosMsg;
-use socket2::{SockRef, TcpKeepalive};
 use std::collections::HashMap;
-use std::io::{self, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io;
+use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
+use tokio::io::AsyncWriteExt;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+use tokio::time::{sleep, timeout};
 
-/// Callers at a time; more are turned away.
-const CALLERS_MAX: usize = 64;
 /// How long a caller may take for its header, for a request once begun, and for taking the answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// A caller whose computer says nothing is gone after 3 s: something may be moving for it.
-const SIGN_OF_LIFE: TcpKeepalive = TcpKeepalive::new()
-    .with_time(Duration::from_secs(1))
-    .with_interval(Duration::from_secs(1))
-    .with_retries(2);
-/// How long a caller that keeps its connection may be silent between two requests.
-const IDLE_MAX: Duration = Duration::from_secs(24 * 3600);
+/// Pause between two looks at a connection on which a next request waits already: its end cannot be seen behind that.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
-pub(crate) type Handler<S> = dyn Fn(
-        <S as rosrust::ServicePair>::Request,
-        Caller,
-    ) -> Result<<S as rosrust::ServicePair>::Response, String>
-    + Send
-    + Sync;
+/// The response to a request, or why there is none.
+pub type Answer<S> = Result<<S as rosrust::ServicePair>::Response, String>;
+
+/// An async closure that answers the requests of a service. Its [`Life`] ends when nobody waits for the answer any more.
+pub trait Handler<S: Service>:
+    Fn(S::Request, Life) -> <Self as Handler<S>>::Future + Send + Sync + 'static
+{
+    /// What it returns.
+    type Future: Future<Output = Answer<S>> + Send;
+}
+
+impl<S, H, F> Handler<S> for H
+where
+    S: Service,
+    H: Fn(S::Request, Life) -> F + Send + Sync + 'static,
+    F: Future<Output = Answer<S>> + Send,
+{
+    type Future = F;
+}
 
 /// Serves until dropped.
 pub(crate) struct ServiceServer {
     port: u16,
-    closed: Arc<AtomicBool>,
+    accepting: JoinHandle<()>,
 }
 
 impl ServiceServer {
     /// Serves `name`, resolved, at an address that callers of `host` reach.
-    pub fn start<S: Service>(name: &str, host: &str, handler: Arc<Handler<S>>) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// Where no port can be had.
+    pub fn start<S: Service>(
+        name: &str,
+        host: &str,
+        handler: Arc<impl Handler<S>>,
+    ) -> io::Result<Self> {
         let is_local = host == "localhost" || host.starts_with("127.");
-        let listener = TcpListener::bind((if is_local { host } else { "0.0.0.0" }, 0))?;
+        let address = (if is_local { host } else { "0.0.0.0" }, 0);
+        let listener = std::net::TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        let listener = TcpListener::from_std(listener)?;
         let port = listener.local_addr()?.port();
-        let closed = Arc::new(AtomicBool::new(false));
-        let (name, is_closed) = (name.to_owned(), Arc::clone(&closed));
-        std::thread::Builder::new()
-            .name(format!("service {name}"))
-            .spawn(move || accept_all::<S>(&listener, &name, &is_closed, &handler))?;
-        Ok(Self { port, closed })
+        let name = Arc::from(name);
+        let accepting = tokio::spawn(accept_all(listener, name, handler));
+        Ok(Self { port, accepting })
     }
 
     pub fn port(&self) -> u16 {
@@ -63,103 +81,100 @@ impl ServiceServer {
 
 impl Drop for ServiceServer {
     fn drop(&mut self) {
-        self.closed.store(true, Ordering::Relaxed);
-        // Wakes the thread that accepts.
-        let _ = TcpStream::connect(("127.0.0.1", self.port));
+        self.accepting.abort();
     }
 }
 
-fn accept_all<S: Service>(
-    listener: &TcpListener,
-    name: &str,
-    closed: &AtomicBool,
-    handler: &Arc<Handler<S>>,
+async fn accept_all<S: Service, H: Handler<S>>(
+    listener: TcpListener,
+    name: Arc<str>,
+    handler: Arc<H>,
 ) {
-    let callers = Arc::new(AtomicUsize::new(0));
-    for stream in listener.incoming() {
-        if closed.load(Ordering::Relaxed) {
-            return;
-        }
-        let Ok(stream) = stream else {
+    let callers = Callers::default();
+    loop {
+        let Ok((stream, peer)) = listener.accept().await else {
             // Out of descriptors, for one; it may pass.
-            std::thread::sleep(Duration::from_millis(50));
+            sleep(LOOK_PERIOD).await;
             continue;
         };
-        let count = Counted::new(&callers);
-        if callers.load(Ordering::Relaxed) > CALLERS_MAX {
-            log::warn!("service {name}: a caller was turned away; there are {CALLERS_MAX} already");
+        let Some(mut place) = callers.enter(peer.ip()) else {
+            log::warn!("service {name}: {peer} was turned away; all places are taken");
             continue;
-        }
-        let (name, handler) = (name.to_owned(), Arc::clone(handler));
-        let spawned = std::thread::Builder::new()
-            .name("service call".into())
-            .spawn(move || {
-                let _count = count;
-                if let Err(error) = serve_caller::<S>(stream, &name, &handler)
-                    && error.kind() != io::ErrorKind::UnexpectedEof
-                {
-                    log::warn!("service {name}: {error}");
-                }
-            });
-        if let Err(error) = spawned {
-            log::error!("no thread for a caller: {error}");
-        }
+        };
+        let (name, handler) = (Arc::clone(&name), Arc::clone(&handler));
+        tokio::spawn(async move {
+            let (_keep, out) = oneshot::channel();
+            let put_out = std::mem::replace(&mut place.put_out, out);
+            let served = tokio::select! {
+                biased;
+                served = serve_caller(stream, peer, &name, &*handler, &place) => served,
+                _ = put_out => Err(io::Error::other(format!("{peer} made room for a new caller"))),
+            };
+            if let Err(error) = served
+                && error.kind() != io::ErrorKind::UnexpectedEof
+            {
+                log::warn!("service {name}: {error}");
+            }
+        });
     }
 }
 
-/// One among the callers, until dropped.
-struct Counted(Arc<AtomicUsize>);
-
-impl Counted {
-    fn new(count: &Arc<AtomicUsize>) -> Self {
-        count.fetch_add(1, Ordering::Relaxed);
-        Self(Arc::clone(count))
-    }
-}
-
-impl Drop for Counted {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
-    }
-}
-
-fn serve_caller<S: Service>(
+async fn serve_caller<S: Service>(
     mut stream: TcpStream,
+    peer: SocketAddr,
     name: &str,
-    handler: &Arc<Handler<S>>,
+    handler: &impl Handler<S>,
+    place: &Place,
 ) -> io::Result<()> {
-    stream.set_nodelay(true)?;
-    stream.set_write_timeout(Some(PATIENCE))?;
-    SockRef::from(&stream).set_tcp_keepalive(&SIGN_OF_LIFE)?;
-    let fields = read_header(&mut Limited::new(&stream, PATIENCE))?;
+    set_options(&stream)?;
+    let fields = timeout(PATIENCE, read_header(&mut stream)).await??;
     let own_name = rosrust::name();
     let is_set = |field: &str| fields.get(field).is_some_and(|value| value == "1");
     if !is_set("probe")
         && let Err(mismatch) = check_header::<S>(&fields, name)
     {
-        stream.write_all(&header(&[("error", &mismatch)]))?;
+        stream.write_all(&header(&[("error", &mismatch)])).await?;
         return Err(io::Error::new(io::ErrorKind::InvalidData, mismatch));
     }
-    stream.write_all(&header(&[
+    let accepted = header(&[
         ("callerid", &own_name),
         ("md5sum", &S::md5sum()),
         ("type", &S::msg_type()),
-    ]))?;
+    ]);
+    stream.write_all(&accepted).await?;
     if is_set("probe") {
         return Ok(());
     }
-    let caller_name = fields.get("callerid").map_or("", String::as_str);
-    let caller = Caller::new(stream.try_clone()?, caller_name);
-    let mut patience = PATIENCE;
+    let caller = match fields.get("callerid") {
+        Some(name) => format!("{name} at {}", peer.ip()),
+        None => peer.to_string(),
+    };
     loop {
-        let request = read_block(&mut Limited::new(&stream, patience), MESSAGE_BYTES_MAX)?;
-        let answer = answer::<S>(&request, &caller, handler);
-        stream.write_all(&answer)?;
+        let request = read_request(&mut stream).await?;
+        // The end of the process waits until the answer is out.
+        let _work = Work::begin();
+        let answer = if shutdown::is_ordered() {
+            failure("the node is shutting down")
+        } else if place.begin_work() {
+            answer(&request, &stream, &caller, handler).await
+        } else {
+            failure(&format!(
+                "too many calls of {name} at a time from {}",
+                peer.ip()
+            ))
+        };
+        place.end_work();
+        timeout(PATIENCE, stream.write_all(&answer)).await??;
         if !is_set("persistent") {
             return Ok(());
         }
-        patience = IDLE_MAX;
     }
+}
+
+/// A request, whenever it comes; once begun it has to go on.
+async fn read_request(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
+    stream.readable().await?;
+    timeout(PATIENCE, read_block(stream, MESSAGE_BYTES_MAX)).await?
 }
 
 fn check_header<S: Service>(fields: &HashMap<String, String>, name: &str) -> Result<(), String> {
@@ -172,21 +187,55 @@ fn check_header<S: Service>(fields: &HashMap<String, String>, name: &str) -> Res
     expect("md5sum", &S::md5sum())
 }
 
-/// The answer as it is sent: whether all went well, and the response or why not.
-fn answer<S: Service>(bytes: &[u8], caller: &Caller, handler: &Arc<Handler<S>>) -> Vec<u8> {
-    let response = Request::<S>::decode(bytes)
-        .map_err(|error| format!("the request cannot be read: {error}"))
-        .and_then(|Request(request)| handler(request, caller.clone()))
-        .and_then(|response| {
-            let mut bytes = Vec::new();
-            let encoded = Response::<S>(response).encode(&mut bytes);
-            encoded.map(|()| bytes).map_err(|error| error.to_string())
-        });
-    let (good, bytes) = match response {
-        Ok(bytes) => (1, bytes),
-        Err(reason) => (0, reason.into_bytes()),
+/// The answer as it is sent: whether all went well, and the response or why not. The handler is told when the caller has
+/// gone, and waited for all the same: it brings to rest what it moves.
+async fn answer<S: Service>(
+    request: &[u8],
+    stream: &TcpStream,
+    caller: &str,
+    handler: &impl Handler<S>,
+) -> Vec<u8> {
+    let request = match Request::<S>::decode(request) {
+        Ok(Request(request)) => request,
+        Err(error) => return failure(&format!("the request cannot be read: {error}")),
     };
-    let mut answer = vec![good];
-    answer.extend(block(&bytes));
-    answer
+    let (end, ended) = oneshot::channel();
+    let life = Life::until(async { ended.await.unwrap_or_default() });
+    let response = handler(request, life);
+    tokio::pin!(response);
+    let response = tokio::select! {
+        response = &mut response => response,
+        reason = hung_up(stream, caller) => {
+            // Nobody hears it where the handler did not keep its life.
+            let _ = end.send(reason);
+            response.await
+        }
+    };
+    let mut bytes = Vec::new();
+    let encoded = response.and_then(|response| {
+        let encoded = Response::<S>(response).encode(&mut bytes);
+        encoded.map_err(|error| error.to_string())
+    });
+    match encoded {
+        Ok(()) => [vec![1], block(&bytes)].concat(),
+        Err(reason) => failure(&reason),
+    }
+}
+
+fn failure(reason: &str) -> Vec<u8> {
+    [vec![0], block(reason.as_bytes())].concat()
+}
+
+/// Returns why nobody waits at the other end any more; never while somebody does, who keeps the connection open.
+async fn hung_up(stream: &TcpStream, caller: &str) -> String {
+    loop {
+        match stream.peek(&mut [0]).await {
+            Ok(0) => return format!("the caller {caller} hung up or died"),
+            Ok(_) => sleep(LOOK_PERIOD).await,
+            Err(error) if error.kind() == io::ErrorKind::TimedOut => {
+                return format!("the caller {caller} cannot be reached any more");
+            }
+            Err(error) => return format!("the caller {caller} hung up or died ({error})"),
+        }
+    }
 }

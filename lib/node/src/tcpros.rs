@@ -1,54 +1,46 @@
-//! Connection headers and length-prefixed blocks as TCPROS has them, bounded in size and time.
+//! Connection headers and length-prefixed blocks of TCPROS, bounded in size; the reader bounds the time.
+//!
+//! <https://wiki.ros.org/ROS/TCPROS>
 
+use socket2::{SockRef, TcpKeepalive};
 use std::collections::HashMap;
-use std::io::{self, Read};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::io;
+use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncReadExt};
+use tokio::net::TcpStream;
 
-/// Bytes of a connection header that are taken at most; those of services have some hundred.
-const HEADER_BYTES_MAX: usize = 16 << 10;
+/// Bytes of a connection header that are taken at most; most have some hundred, of which a message definition is the
+/// longest.
+const HEADER_BYTES_MAX: usize = 256 << 10;
 
-/// A stream from which nothing is waited for beyond a moment.
-pub(crate) struct Limited<'a> {
-    stream: &'a TcpStream,
-    end: Instant,
-}
+/// A peer whose computer says nothing is gone after 3 s: something may be moving for it.
+const KEEPALIVE: TcpKeepalive = TcpKeepalive::new()
+    .with_time(Duration::from_secs(1))
+    .with_interval(Duration::from_secs(1))
+    .with_retries(2);
+/// The same for what was sent and is not acknowledged; keepalive says nothing of that.
+const UNACKNOWLEDGED_MAX: Duration = Duration::from_secs(3);
 
-impl<'a> Limited<'a> {
-    pub fn new(stream: &'a TcpStream, patience: Duration) -> Self {
-        let end = Instant::now() + patience;
-        Self { stream, end }
-    }
-}
-
-impl Read for Limited<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let left = self.end.saturating_duration_since(Instant::now());
-        if left.is_zero() {
-            return Err(io::ErrorKind::TimedOut.into());
-        }
-        self.stream.set_read_timeout(Some(left))?;
-        self.stream
-            .read(buffer)
-            .map_err(|error| match error.kind() {
-                // What a socket says whose timeout has passed.
-                io::ErrorKind::WouldBlock => io::ErrorKind::TimedOut.into(),
-                _ => error,
-            })
-    }
+/// Sends at once, and notices within 3 s when the peer cannot be reached any more.
+pub(crate) fn set_options(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    let socket = SockRef::from(stream);
+    socket.set_tcp_user_timeout(Some(UNACKNOWLEDGED_MAX))?;
+    socket.set_tcp_keepalive(&KEEPALIVE)
 }
 
 /// Reads a length and so many bytes; the memory grows as they arrive, never ahead of them.
-pub(crate) fn read_block(reader: &mut impl Read, bytes_max: usize) -> io::Result<Vec<u8>> {
-    let mut length = [0; 4];
-    reader.read_exact(&mut length)?;
-    let length = u32::from_le_bytes(length) as usize;
+pub(crate) async fn read_block(
+    reader: &mut (impl AsyncRead + Unpin),
+    bytes_max: usize,
+) -> io::Result<Vec<u8>> {
+    let length = reader.read_u32_le().await? as usize;
     if length > bytes_max {
         let text = format!("a block claims {length} bytes; the limit is {bytes_max}");
         return Err(io::Error::new(io::ErrorKind::InvalidData, text));
     }
     let mut bytes = Vec::new();
-    let read = reader.take(length as u64).read_to_end(&mut bytes)?;
+    let read = reader.take(length as u64).read_to_end(&mut bytes).await?;
     if read < length {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
@@ -56,11 +48,13 @@ pub(crate) fn read_block(reader: &mut impl Read, bytes_max: usize) -> io::Result
 }
 
 /// Reads a connection header.
-pub(crate) fn read_header(reader: &mut impl Read) -> io::Result<HashMap<String, String>> {
-    let block = read_block(reader, HEADER_BYTES_MAX)?;
+pub(crate) async fn read_header(
+    reader: &mut (impl AsyncRead + Unpin),
+) -> io::Result<HashMap<String, String>> {
+    let block = read_block(reader, HEADER_BYTES_MAX).await?;
     let (mut rest, mut fields) = (&block[..], HashMap::new());
     while !rest.is_empty() {
-        let field = read_block(&mut rest, HEADER_BYTES_MAX)?;
+        let field = read_block(&mut rest, HEADER_BYTES_MAX).await?;
         let field = String::from_utf8(field)
             .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "a header field is no text"))?;
         let (name, value) = field.split_once('=').ok_or_else(|| {
@@ -92,17 +86,17 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
-    #[test]
-    fn headers_come_back_as_they_were() {
+    #[tokio::test]
+    async fn headers_come_back_as_they_were() {
         let sent = header(&[("service", "/scan"), ("md5sum", "*"), ("empty", "")]);
-        let fields = read_header(&mut &sent[..]).unwrap();
+        let fields = read_header(&mut &sent[..]).await.unwrap();
         assert_eq!(fields.len(), 3);
         assert_eq!(fields["service"], "/scan");
         assert_eq!(fields["empty"], "");
     }
 
-    #[test]
-    fn what_is_no_header_is_an_error_and_allocates_nothing() {
+    #[tokio::test]
+    async fn what_is_no_header_is_an_error_and_allocates_nothing() {
         let no_equals = block(&block(b"word"));
         let not_text = block(&block(&[b'a', b'=', 0xff]));
         for bad in [
@@ -112,7 +106,7 @@ mod tests {
             &no_equals,
             &not_text,
         ] {
-            assert!(read_header(&mut &bad[..]).is_err(), "{bad:?}");
+            assert!(read_header(&mut &bad[..]).await.is_err(), "{bad:?}");
         }
     }
 }

@@ -77,7 +77,7 @@ impl Node {
             .send(config(tunables, |tunable| (tunable.get)(&core.lock())));
         let service = self.serve::<Reconfigure>("~set_parameters", {
             let (core, node) = (Arc::clone(&core), self.clone());
-            move |request| Ok(core.change(&request.config, &validate, &node))
+            move |request, _| std::future::ready(Ok(core.change(&request.config, &validate, &node)))
         })?;
         Ok(Tuned {
             core,

@@ -13,7 +13,7 @@ use msg::deformable_cobot::{
 };
 use msg::tf2_msgs::TFMessage;
 use nalgebra::{Isometry3, Vector6};
-use node::{Expect, Node, Publisher, Server, Subscriber, Transforms};
+use node::{Expect, Life, Node, Publisher, Server, Subscriber, Transforms};
 
 /// How long TF has to know the frames of a view that is already there.
 const TRANSFORM_PATIENCE: Duration = Duration::from_secs(2);
@@ -63,10 +63,11 @@ impl Service {
             heard,
             sweeps: tokio::sync::Mutex::default(),
         };
-        let runtime = tokio::runtime::Handle::current();
-        let server = node
-            .serve::<CalibrateCameraMount>("calibrate_camera_mount", move |request| {
-                Ok(runtime.block_on(calibrator.answer(request)))
+        let calibrator = Arc::new(calibrator);
+        let server =
+            node.serve::<CalibrateCameraMount>("calibrate_camera_mount", move |request, life| {
+                let calibrator = Arc::clone(&calibrator);
+                async move { Ok(calibrator.answer(request, &life).await) }
             })?;
         Ok(Self {
             _server: server,
@@ -76,8 +77,12 @@ impl Service {
 }
 
 impl Calibrator {
-    async fn answer(&self, request: CalibrateCameraMountReq) -> CalibrateCameraMountRes {
-        match self.sweep_and_calibrate(&request).await {
+    async fn answer(
+        &self,
+        request: CalibrateCameraMountReq,
+        life: &Life,
+    ) -> CalibrateCameraMountRes {
+        match self.sweep_and_calibrate(&request, life).await {
             Ok(response) => response,
             Err(error) => {
                 log::error!("calibrate_camera_mount: {error:#}");
@@ -92,13 +97,14 @@ impl Calibrator {
     async fn sweep_and_calibrate(
         &self,
         request: &CalibrateCameraMountReq,
+        life: &Life,
     ) -> anyhow::Result<CalibrateCameraMountRes> {
         let mut sweeps = self
             .sweeps
             .try_lock()
             .context("a calibration is already running; call again when it has ended")?;
         let mount = lock(&self.mount).clone();
-        let (sweep, camera_from_optical) = self.sweep(&mount, request.views).await?;
+        let (sweep, camera_from_optical) = self.sweep(&mount, request.views, life).await?;
         if !request.add {
             sweeps.clear();
         }
@@ -139,6 +145,7 @@ impl Calibrator {
         &self,
         mount: &CameraMount,
         views: u32,
+        life: &Life,
     ) -> anyhow::Result<(Vec<Seen>, Isometry3<f64>)> {
         let views = match views {
             0 => mount.calibration.view_count,
@@ -148,7 +155,7 @@ impl Calibrator {
         let deadline = Duration::from_secs_f64(mount.calibration.deadline_s);
         let scan = self
             .node
-            .call::<ScanObject>("scan_object", ScanObjectReq { views }, deadline)
+            .call::<ScanObject>("scan_object", ScanObjectReq { views }, deadline, life)
             .await;
         let heard = lock(&self.heard).take().unwrap_or_default();
         let scan = scan?;

@@ -2,7 +2,9 @@
 
 use anyhow::Context;
 use classifier::{Answer, Model, Parameters};
-use msg::deformable_cobot::{Classification, ClassifyCloud, ClassifyCloudRes, ObjectCloud};
+use msg::deformable_cobot::{
+    Classification, ClassifyCloud, ClassifyCloudReq, ClassifyCloudRes, ObjectCloud,
+};
 use msg::progress::Progress;
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
@@ -30,15 +32,12 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             }
         }
     })?;
-    let _service = node.serve::<ClassifyCloud>("classify_cloud", move |request| {
-        let up = up_or_z([request.up.x, request.up.y, request.up.z]);
-        let mut result = Classification {
-            header: request.cloud.header.clone(),
-            complete: true,
-            ..Default::default()
-        };
-        answer_into(&model, &request.cloud, up, &mut result);
-        Ok(ClassifyCloudRes { result })
+    let _service = node.serve::<ClassifyCloud>("classify_cloud", move |request, _| {
+        let model = Arc::clone(&model);
+        async move {
+            let result = node::compute(move || classify_at_once(&model, &request)).await?;
+            Ok(ClassifyCloudRes { result })
+        }
     })?;
     node.until_shutdown().await;
     Ok(())
@@ -67,6 +66,18 @@ fn load(node: &Node, parameters: &Parameters) -> anyhow::Result<Arc<Mutex<Model>
         model.provider()
     );
     Ok(Arc::new(Mutex::new(model)))
+}
+
+/// The answer to a cloud from anywhere.
+fn classify_at_once(model: &Mutex<Model>, request: &ClassifyCloudReq) -> Classification {
+    let up = up_or_z([request.up.x, request.up.y, request.up.z]);
+    let mut result = Classification {
+        header: request.cloud.header.clone(),
+        complete: true,
+        ..Default::default()
+    };
+    answer_into(model, &request.cloud, up, &mut result);
+    result
 }
 
 /// The answer to a scan so far; what went wrong before comes through as it is.

@@ -12,9 +12,8 @@ use gripper::{
 use msg::baxter_core_msgs::{AssemblyState, EndEffectorCommand, EndEffectorState};
 use msg::deformable_cobot::{Grasp, GraspReq, GraspRes};
 use msg::reflex_msgs;
-use node::{Caller, Expect, Latch, Node};
+use node::{Expect, Latch, Life, Node};
 use shell::{Ending, Shell};
-use tokio::runtime::Handle;
 
 fn main() -> ExitCode {
     node::run("gripper", run)
@@ -61,10 +60,12 @@ where
         let shell = Arc::clone(&shell);
         move |state: AssemblyState| shell.hear_robot(msg::robot::state(&state))
     })?;
-    let runtime = Handle::current();
-    let _service = node.serve_caller::<Grasp>("grasp", {
+    let _service = node.serve::<Grasp>("grasp", {
         let shell = Arc::clone(&shell);
-        move |request, caller| Ok(runtime.block_on(grasp(&shell, request, &caller)))
+        move |request, life| {
+            let shell = Arc::clone(&shell);
+            async move { Ok(grasp(&shell, request, &life).await) }
+        }
     })?;
     let health = node.health();
     health.set_hardware(hardware_id);
@@ -79,10 +80,10 @@ where
 async fn grasp<H: Hand, M: msg::Message>(
     shell: &Shell<H, M>,
     request: GraspReq,
-    caller: &Caller,
+    life: &Life,
 ) -> GraspRes {
     let ending = match Task::new(&request.command, request.width, request.force) {
-        Ok(task) => shell.grasp(task, caller).await,
+        Ok(task) => shell.grasp(task, life).await,
         Err(refusal) => Ending::Refused(refusal),
     };
     let (outcome, error) = match ending {

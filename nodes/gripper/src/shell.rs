@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use baxter::{Aged, RobotState, StateRefusal, StateRules};
 use gripper::{GraspError, Grasped, Hand, Parameters, Step, Task};
 use msg::Message;
-use node::{Caller, Health, Level, Publisher};
+use node::{Health, Level, Life, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval};
 
@@ -68,7 +68,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
     }
 
     /// Carries `task` out and returns once it has ended. Nothing moves without a caller that waits for it.
-    pub async fn grasp(&self, task: Task, caller: &Caller) -> Ending {
+    pub async fn grasp(&self, task: Task, life: &Life) -> Ending {
         let Ok(_grasping) = self.grasping.try_lock() else {
             return Ending::Refused(GraspError::Busy);
         };
@@ -80,7 +80,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
             // In this order, so that no command follows an order to stop.
             biased;
             _ = shutdown.wait_for(|down| *down) => Err(GraspError::Shutdown),
-            () = caller.gone() => Err(GraspError::CallerGone),
+            _ = life.ended() => Err(GraspError::CallerGone),
             ended = self.carry_out() => ended,
         };
         match ended {

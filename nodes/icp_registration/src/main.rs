@@ -38,10 +38,13 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         }
     })?;
     node.clock().on_jump(move || lock(&progress).abandon());
-    let _service = node.serve::<RegisterViews>("register_views", move |request| {
-        Ok(RegisterViewsRes {
-            registered: register_at_once(&tuned.now(), request),
-        })
+    let _service = node.serve::<RegisterViews>("register_views", move |request, _| {
+        let parameters = tuned.now();
+        async move {
+            let register = move || register_at_once(&parameters, request);
+            let registered = node::compute(register).await?;
+            Ok(RegisterViewsRes { registered })
+        }
     })?;
     node.until_shutdown().await;
     Ok(())

@@ -56,12 +56,15 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             objects.send(object);
         }
     })?;
-    let _service = node.serve::<CropCloud>("crop_cloud", move |request| {
-        let cropper = cropper().map_err(|error| error.to_string())?;
-        Ok(CropCloudRes {
+    let _service = node.serve::<CropCloud>("crop_cloud", move |request, _| {
+        let cropper = cropper();
+        async move {
+            let cropper = cropper.map_err(|error| error.to_string())?;
             // Nobody knows when that was, and how far apart the fingers were then.
-            object: cut_out(&cropper, request.registered, None),
-        })
+            let cut = move || cut_out(&cropper, request.registered, None);
+            let object = node::compute(cut).await?;
+            Ok(CropCloudRes { object })
+        }
     })?;
     node.until_shutdown().await;
     Ok(())

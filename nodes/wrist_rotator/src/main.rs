@@ -14,9 +14,8 @@ use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
 use msg::stamp;
 use msg::std_srvs::{Trigger, TriggerRes};
-use node::{Caller, Expect, Level, Node, Subscriber};
+use node::{Expect, Level, Life, Node, Subscriber};
 use rotator::Rotator;
-use tokio::runtime::Handle;
 use wrist_rotator::{Guard, Parameters};
 
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
@@ -29,16 +28,19 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let parameters: Parameters = node.parameters(Parameters::validate)?;
     let rotator = Arc::new(Rotator::new(&node, &parameters)?);
     let _subscribers = listen(&node, &rotator, parameters.side)?;
-    let runtime = Handle::current();
-    let _rotate = node.serve_caller::<RotateWrist>("rotate_wrist", {
-        let (rotator, runtime) = (Arc::clone(&rotator), runtime.clone());
-        move |RotateWristReq { angle }, caller| {
-            Ok(runtime.block_on(rotate(&rotator, angle, &caller)))
+    let _rotate = node.serve::<RotateWrist>("rotate_wrist", {
+        let rotator = Arc::clone(&rotator);
+        move |RotateWristReq { angle }, life| {
+            let rotator = Arc::clone(&rotator);
+            async move { Ok(rotate(&rotator, angle, &life).await) }
         }
     })?;
     let _stop = node.serve::<Trigger>("stop_wrist", {
         let rotator = Arc::clone(&rotator);
-        move |_| Ok(runtime.block_on(stop(&rotator)))
+        move |_, _| {
+            let rotator = Arc::clone(&rotator);
+            async move { Ok(stop(&rotator).await) }
+        }
     })?;
     tokio::select! {
         () = report_health(&node, &rotator, &parameters) => {}
@@ -49,8 +51,8 @@ async fn run(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn rotate(rotator: &Rotator, target_rad: f64, caller: &Caller) -> RotateWristRes {
-    match rotator.turn(target_rad, caller).await {
+async fn rotate(rotator: &Rotator, target_rad: f64, life: &Life) -> RotateWristRes {
+    match rotator.turn(target_rad, life).await {
         Ok(arrived) => {
             let at_rest = stamp::from_epoch(arrived.at_rest);
             RotateWristRes {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use baxter::{Arrival, Arrived, W2};
 use msg::baxter_core_msgs::JointCommand;
 use msg::std_msgs::Float64;
-use node::{Caller, Latch, Node, Publisher};
+use node::{Latch, Life, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use wrist_rotator::{Monitor, Motion, MotionError, Parameters, Refusal, Step};
@@ -47,9 +47,9 @@ pub enum TurnError {
         /// How long it was waited for.
         patience: Duration,
     },
-    /// Whoever asked for the turn is gone.
-    #[error("motion stopped: the caller {0} hung up or died")]
-    CallerGone(String),
+    /// Nobody waits for the turn any more.
+    #[error("motion stopped: {0}")]
+    NobodyWaits(String),
     /// Somebody called `stop_wrist`.
     #[error("motion stopped: stop_wrist was called")]
     Stopped,
@@ -110,17 +110,22 @@ impl Rotator {
     }
 
     /// Turns W2 to `target_rad` and returns once it is at rest there. Nothing moves without a caller that waits for it.
-    pub async fn turn(&self, target_rad: f64, caller: &Caller) -> Result<Arrived, TurnError> {
+    pub async fn turn(&self, target_rad: f64, life: &Life) -> Result<Arrived, TurnError> {
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
         let (mut stops, mut shutdown) = (self.stops.subscribe(), self.shutdown.subscribe());
-        tokio::select! {
+        let ended = tokio::select! {
             // In this order, so that no command follows an order to stop.
             biased;
             _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
             _ = stops.changed() => Err(TurnError::Stopped),
-            () = caller.gone() => Err(TurnError::CallerGone(caller.name().into())),
+            reason = life.ended() => Err(TurnError::NobodyWaits(reason)),
             arrived = self.turn_unless_stopped(target_rad) => arrived,
+        };
+        if let Err(TurnError::NobodyWaits(_)) = &ended {
+            // Whoever handed the request on answers only when the wrist is at rest.
+            self.until_rest().await?;
         }
+        ended
     }
 
     async fn turn_unless_stopped(&self, target_rad: f64) -> Result<Arrived, TurnError> {
@@ -143,6 +148,10 @@ impl Rotator {
     pub async fn stop(&self) -> Result<Arrived, TurnError> {
         self.stops.send_modify(|stops| *stops += 1);
         let _turning = self.turning.lock().await;
+        self.until_rest().await
+    }
+
+    async fn until_rest(&self) -> Result<Arrived, TurnError> {
         let dwell = Duration::from_secs_f64(self.parameters.dwell_s);
         let mut arrival = Arrival::anywhere(self.parameters.rest_velocity_rad_s, dwell);
         let rest = async {

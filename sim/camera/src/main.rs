@@ -145,7 +145,7 @@ fn offer_hold_object(
         hand.send(Float64 { data });
     };
     tell(&world.lock().unwrap_or_else(PoisonError::into_inner));
-    node.serve::<HoldObject>("hold_object", move |request| {
+    let hold = move |request: HoldObjectReq| {
         let result = held(kind, &request).map(|held| {
             let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
             world.hold(held);
@@ -156,10 +156,15 @@ fn offer_hold_object(
             .err()
             .map(|error| error.to_string())
             .unwrap_or_default();
-        Ok(HoldObjectRes {
+        HoldObjectRes {
             success: error.is_empty(),
             error,
-        })
+        }
+    };
+    let hold = Arc::new(hold);
+    node.serve::<HoldObject>("hold_object", move |request, _| {
+        let hold = Arc::clone(&hold);
+        node::compute(move || hold(request))
     })
 }
 
@@ -180,15 +185,15 @@ fn held(kind: HandKind, request: &HoldObjectReq) -> anyhow::Result<World> {
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {
     let (playback, clock) = (Arc::clone(playback), node.clock());
-    node.serve::<RotateWrist>("rotate_wrist", move |RotateWristReq { angle }| {
+    node.serve::<RotateWrist>("rotate_wrist", move |RotateWristReq { angle }, _| {
         let mut playback = playback.lock().unwrap_or_else(PoisonError::into_inner);
         log::info!("showing {}", playback.advance().path.display());
-        Ok(RotateWristRes {
+        std::future::ready(Ok(RotateWristRes {
             success: true,
             error: String::new(),
             angle,
             at_rest: clock.now(),
-        })
+        }))
     })
 }
 

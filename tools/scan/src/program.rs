@@ -17,7 +17,7 @@ where
     let arguments = A::parse_from(words);
     let mut result = None;
     let slot = &mut result;
-    let code = node::run(&unique_name(name), move |node| async move {
+    let code = node::run_program(&unique_name(name), move |node| async move {
         *slot = Some(work(node, arguments).await);
         Ok(())
     });

@@ -10,7 +10,7 @@ use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{Classification, ScanObjectRes};
-use node::{CallError, Node, Transforms, Tuned};
+use node::{CallError, Life, Node, Transforms, Tuned};
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
@@ -75,9 +75,9 @@ impl Scanner {
         }
     }
 
-    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up for the reason that `stop`
-    /// gives, once it does; the arm is still when this returns.
-    pub async fn scan(&self, views: u32, stop: impl Future<Output = &'static str>) -> Scanned {
+    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up when `life` ends; the arm is
+    /// still when this returns.
+    pub async fn scan(&self, views: u32, life: &Life) -> Scanned {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
         };
@@ -88,16 +88,24 @@ impl Scanner {
         let (scan_id, count) = (new_scan_id(), angles_rad.len() as u32);
         log::info!("scan {scan_id}: {count} views");
         self.progress.begin(&scan_id, count);
+        let stopped = async {
+            let reason = life.ended().await;
+            self.wrist.until_at_rest().await;
+            reason
+        };
         let scanned = tokio::select! {
             biased;
-            reason = stop => Err(reason),
-            result = self.scan_views(&scan_id, &angles_rad) => Ok(result),
+            reason = stopped => Err(reason),
+            result = self.scan_views(&scan_id, &angles_rad, life) => match life.end() {
+                Some(reason) if result.is_err() => Err(reason),
+                _ => Ok(result),
+            },
         };
         let (state, outcome, result) = match scanned {
             Ok(Ok(answer)) => (State::Done, Outcome::Succeeded, Ok(answer)),
             Ok(Err(error)) => (State::Failed, Outcome::Aborted, Err(error)),
             Err(reason) => {
-                let error = self.give_up(&scan_id, count, reason).await;
+                let error = self.give_up(&scan_id, count, &reason);
                 (State::Stopped, Outcome::Preempted, Err(error))
             }
         };
@@ -108,9 +116,8 @@ impl Scanner {
         }
     }
 
-    /// Waits until the arm is still, and tells the later stages that no more views come.
-    async fn give_up(&self, scan_id: &str, count: u32, reason: &str) -> anyhow::Error {
-        self.wrist.stop().await;
+    /// Tells the later stages that no more views come.
+    fn give_up(&self, scan_id: &str, count: u32, reason: &str) -> anyhow::Error {
         let place = Place {
             scan_id: scan_id.into(),
             index: 0,
@@ -121,11 +128,16 @@ impl Scanner {
         anyhow::anyhow!("{reason}")
     }
 
+    /// Waits until no scan is under way.
+    pub async fn until_idle(&self) {
+        let _idle = self.busy.lock().await;
+    }
+
     /// Scans once when the first cloud has come, if configured so; otherwise never ends.
     pub async fn scan_at_start(&self) -> Infallible {
         let mut shots = self.sources.shots.clone();
         if self.parameters.now().scan_at_start && shots.wait_for(Option::is_some).await.is_ok() {
-            self.scan(0, std::future::pending()).await;
+            self.scan(0, &Life::until(std::future::pending())).await;
         }
         std::future::pending().await
     }
@@ -134,6 +146,7 @@ impl Scanner {
         &self,
         scan_id: &str,
         angles_rad: &[f64],
+        life: &Life,
     ) -> anyhow::Result<Classification> {
         let mut answers = Answers::new(&self.sources.answers, scan_id);
         let count = angles_rad.len() as u32;
@@ -145,7 +158,7 @@ impl Scanner {
                 index,
                 count,
             };
-            if let Err(error) = self.take_view(place.clone(), angle_rad).await {
+            if let Err(error) = self.take_view(place.clone(), angle_rad, life).await {
                 let error = error.context(format!("view {} of {count}", index + 1));
                 self.output
                     .failure(place, format!("view_capture: {error:#}"));
@@ -199,11 +212,11 @@ impl Scanner {
         Ok(is_answer && self.parameters.now().is_sure(answer.probability))
     }
 
-    async fn take_view(&self, place: Place, angle_rad: f64) -> anyhow::Result<()> {
+    async fn take_view(&self, place: Place, angle_rad: f64, life: &Life) -> anyhow::Result<()> {
         self.sources.surroundings.check()?;
         let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
         self.progress.turning(&place, angle_rad);
-        let turned = match self.wrist.turn(angle_rad, deadline).await {
+        let turned = match self.wrist.turn(angle_rad, deadline, life).await {
             Ok(turned) => turned,
             Err(error) if error.is::<CallError>() => {
                 bail!("{error}{}", self.sources.surroundings.clause().await)
@@ -250,9 +263,9 @@ impl Scanner {
             shot.as_ref()
                 .is_some_and(|shot| shot.cloud.header.stamp > moment)
         };
-        let waited = tokio::time::timeout(patience, shots.wait_for(newer)).await;
-        if let Ok(Ok(shot)) = waited {
-            return shot.clone().context("no cloud");
+        let shot = async { shots.wait_for(newer).await.ok()?.clone() };
+        if let Ok(shot) = tokio::time::timeout(patience, shot).await {
+            return shot.context("no cloud");
         }
         let last = self
             .sources

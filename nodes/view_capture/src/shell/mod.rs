@@ -15,7 +15,7 @@ use action::Action;
 use active::{Scanned, Scanner, Sources};
 use msg::deformable_cobot::{Classification, ScanObject, ScanObjectRes};
 use msg::sensor_msgs::{JointState, PointCloud2};
-use node::{Expect, Node, Transforms, Tuned};
+use node::{Expect, Life, Node, Transforms, Tuned};
 use output::{Output, Shot};
 use progress::Progress;
 use stance::Stance;
@@ -90,20 +90,22 @@ async fn serve_active(
             let _ = answers.send(answer);
         }
     })?;
-    let runtime = tokio::runtime::Handle::current();
-    let _service = node.serve_caller::<ScanObject>("scan_object", {
+    let _service = node.serve::<ScanObject>("scan_object", {
         let scanner = scanner.clone();
-        move |request, caller| {
-            let gone = async {
-                caller.gone().await;
-                "the caller of scan_object has gone"
-            };
-            Ok(runtime.block_on(scanner.scan(request.views, gone)).answer)
+        move |request, life| {
+            let scanner = scanner.clone();
+            async move { Ok(scanner.scan(request.views, &life).await.answer) }
         }
     })?;
-    let on_goal = async |views, stop: action::Stop| scanner.scan(views, stop.ordered()).await;
+    let on_goal = async |views, stop: action::Stop| {
+        let life = Life::until(async move { stop.ordered().await.to_owned() });
+        scanner.scan(views, &life).await
+    };
     tokio::select! {
-        () = node.until_shutdown() => Ok(()),
+        () = node.until_shutdown() => {
+            scanner.until_idle().await;
+            Ok(())
+        }
         never = progress.publish(&node) => match never? {},
         never = action.serve(Some(&progress), on_goal) => match never {},
         never = scanner.scan_at_start() => match never {},
@@ -125,7 +127,8 @@ async fn serve_passive(
         ..Default::default()
     }
     };
-    let _service = node.serve::<ScanObject>("scan_object", move |_| Ok(refusal()))?;
+    let _service =
+        node.serve::<ScanObject>("scan_object", move |_, _| std::future::ready(Ok(refusal())))?;
     let action = Action::listen(&node)?;
     let on_goal = async |_, _| Scanned {
         outcome: Outcome::Aborted,
