@@ -1,6 +1,6 @@
 //! The file that holds a mount.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::CameraMount;
@@ -19,27 +19,25 @@ pub enum MountFileError {
         /// Which file.
         path: PathBuf,
         /// Why.
-        source: std::io::Error,
+        source: io::Error,
     },
 }
 
-/// The content of a mount's file.
+/// The content of a new mount's file.
 pub fn content(mount: &CameraMount) -> String {
-    let numbers = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
+    let [translation_m, rotation_rpy_rad] = place(mount).map(|(_, value)| value);
     format!(
         "# Where the camera sits on the head, as calibrate_camera_mount found it.\n\
          parent_frame: {}\n\
          child_frame: {}          # root of the camera driver's frames\n\
-         translation_m: [{}]\n\
-         rotation_rpy_rad: [{}]   # roll, pitch, yaw; positive pitch looks down\n",
-        mount.parent_frame,
-        mount.child_frame,
-        numbers(mount.translation_m),
-        numbers(mount.rotation_rpy_rad),
+         translation_m: {translation_m}\n\
+         rotation_rpy_rad: {rotation_rpy_rad}   # roll, pitch, yaw; positive pitch looks down\n",
+        mount.parent_frame, mount.child_frame,
     )
 }
 
-/// Writes a mount, whole or not at all. What the file held before is kept beside it, with `.old` after its name.
+/// Writes where a mount is, whole or not at all, and leaves all else in the file as the user wrote it. What the file held before
+/// is kept beside it, with `.old` after its name, or `.old.2` and so on where there is one already.
 ///
 /// # Errors
 /// Names the file and why.
@@ -47,30 +45,89 @@ pub fn write(mount: &CameraMount, path: &Path) -> Result<(), MountFileError> {
     if path.as_os_str().is_empty() {
         return Err(MountFileError::NoFile);
     }
-    replace(path, &content(mount)).map_err(|source| MountFileError::Write {
+    replace(path, mount).map_err(|source| MountFileError::Write {
         path: path.to_owned(),
         source,
     })
 }
 
-fn replace(path: &Path, content: &str) -> std::io::Result<()> {
+fn replace(path: &Path, mount: &CameraMount) -> io::Result<()> {
     // A link, as in a workspace that was built with links, stays one.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let before = match std::fs::read_to_string(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        before => Some(before?),
+    };
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-    file.write_all(content.as_bytes())?;
+    let new_file = || tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")));
+    let mut file = new_file()?;
+    let edited = before.as_deref().and_then(|text| edited(text, mount));
+    file.write_all(edited.unwrap_or_else(|| content(mount)).as_bytes())?;
     file.as_file().sync_all()?;
-    if path.exists() {
-        let mut old = path.clone().into_os_string();
-        old.push(".old");
-        std::fs::copy(&path, old)?;
-        file.as_file()
-            .set_permissions(std::fs::metadata(&path)?.permissions())?;
+    if let Some(before) = before {
+        let permissions = std::fs::metadata(&path)?.permissions();
+        file.as_file().set_permissions(permissions)?;
+        let mut old = new_file()?;
+        old.write_all(before.as_bytes())?;
+        keep(old, &path)?;
     }
     file.persist(&path)?;
     Ok(())
+}
+
+/// Names a file that `path` held before after it, and replaces none.
+fn keep(mut old: tempfile::NamedTempFile, path: &Path) -> io::Result<()> {
+    for number in 1.. {
+        let mut name = path.to_owned().into_os_string();
+        name.push(".old");
+        if number > 1 {
+            name.push(format!(".{number}"));
+        }
+        match old.persist_noclobber(name) {
+            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => old = error.file,
+            result => return result.map(drop).map_err(|error| error.error),
+        }
+    }
+    Ok(())
+}
+
+/// Names and values of what a calibration changes.
+fn place(mount: &CameraMount) -> [(&'static str, String); 2] {
+    let numbers =
+        |values: [f64; 3]| format!("[{}]", values.map(|value| format!("{value:.6}")).join(", "));
+    [
+        ("translation_m", numbers(mount.translation_m)),
+        ("rotation_rpy_rad", numbers(mount.rotation_rpy_rad)),
+    ]
+}
+
+/// The text of a mount's file with another place in it; `None` where it is not laid out as such.
+fn edited(text: &str, mount: &CameraMount) -> Option<String> {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for (key, value) in place(mount) {
+        let start = format!("{key}:");
+        let Some(index) = lines.iter().position(|line| line.starts_with(&start)) else {
+            lines.push(format!("{start} {value}"));
+            continue;
+        };
+        // A value may go on over several lines.
+        let is_rest = |line: &&String| line.starts_with([' ', '-', ']']);
+        let rest = lines.iter().skip(index + 1).take_while(is_rest).count();
+        let old: Vec<String> = lines.drain(index..=index + rest).collect();
+        let comments: Vec<&str> = old.iter().filter_map(|line| comment(line)).collect();
+        let new = format!("{start} {value}   {}", comments.join(" "));
+        lines.insert(index, new.trim_end().to_owned());
+    }
+    let edited = lines.join("\n") + "\n";
+    let read: CameraMount = serde_yaml::from_str(&edited).ok()?;
+    (place(&read) == place(mount)).then_some(edited)
+}
+
+/// The comment at the end of a line; in these values no text holds a "#".
+fn comment(line: &str) -> Option<&str> {
+    line.find(" #").map(|at| line[at..].trim())
 }
 
 #[cfg(test)]
@@ -86,17 +143,40 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_back_and_the_old_one_kept() {
+    fn what_is_written_is_read_back_and_all_before_it_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mount.yaml");
-        write(&mount(0.1), &path).unwrap();
-        write(&mount(0.2), &path).unwrap();
-        let read = |path: &Path| -> CameraMount {
-            serde_yaml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+        for x_m in [0.1, 0.2, 0.3, 0.4] {
+            write(&mount(x_m), &path).unwrap();
+        }
+        let read = |name: &str| -> CameraMount {
+            serde_yaml::from_str(&std::fs::read_to_string(folder.path().join(name)).unwrap())
+                .unwrap()
         };
-        assert_eq!(read(&path), mount(0.2));
-        assert_eq!(read(&folder.path().join("mount.yaml.old")), mount(0.1));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+        assert_eq!(read("mount.yaml"), mount(0.4));
+        assert_eq!(read("mount.yaml.old"), mount(0.1));
+        assert_eq!(read("mount.yaml.old.2"), mount(0.2));
+        assert_eq!(read("mount.yaml.old.3"), mount(0.3));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn what_the_user_wrote_stays() {
+        let before = "# our robot, measured in May\n\
+                      translation_m:\n- 0.5\n- 0.0   # middle\n- 0.1\n\
+                      rotation_rpy_rad: [0.0, 0.1,\n  0.0]   # from CAD\n\
+                      calibration:\n  view_count: 6   # it is slow\n";
+        let after = "# our robot, measured in May\n\
+                     translation_m: [0.250000, 0.000000, 0.000000]   # middle\n\
+                     rotation_rpy_rad: [0.000000, 0.179770, 0.000000]   # from CAD\n\
+                     calibration:\n  view_count: 6   # it is slow\n";
+        let moved = CameraMount {
+            rotation_rpy_rad: [0.0, 0.17977, 0.0],
+            ..mount(0.25)
+        };
+        assert_eq!(edited(before, &moved).as_deref(), Some(after));
+        let nested = "camera_mount:\n  translation_m: [0.0, 0.0, 0.0]\n";
+        assert_eq!(edited(nested, &moved), None, "no mount's file");
     }
 
     #[test]
