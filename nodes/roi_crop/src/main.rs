@@ -75,15 +75,17 @@ struct Fingers(Arc<Mutex<Openings>>);
 impl Fingers {
     /// Listens to the electric gripper. Where there is none, the opening stays unknown.
     fn listen(node: &Node, parameters: &Parameters) -> anyhow::Result<(Self, Subscriber)> {
-        let (fingers, gap) = (Self(Arc::default()), parameters.gap);
+        let (fingers, gap, clock) = (Self(Arc::default()), parameters.gap, node.clock());
         let topic = format!("{}/state", parameters.side.gripper_topics());
         let link = node.subscribe(&topic, Expect::OPTIONAL_STATE, {
             let fingers = fingers.clone();
             move |state: EndEffectorState| {
+                // A gripper that does not stamp what it says means now.
+                let said = Some(since_epoch(state.timestamp)).filter(|stamp| !stamp.is_zero());
                 let width_m = gap.width_m(f64::from(state.position) / 100.0);
                 fingers
                     .openings()
-                    .hear(since_epoch(state.timestamp), width_m);
+                    .hear(said.unwrap_or_else(|| since_epoch(clock.now())), width_m);
             }
         })?;
         Ok((fingers, link))
