@@ -8,20 +8,19 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::answers::Answers;
-use crate::backend::Backend;
-use crate::checkpoint::Checkpoint;
-use crate::dataset::preprocessing;
-use crate::epoch::EpochReport;
-use crate::export::{encode, write_atomically, write_model};
-use crate::metrics::Confusion;
+use crate::data::simulate::preprocessing;
+use crate::data::source::{Data, Source};
+use crate::evaluation::TestResult;
+use crate::evaluation::answers::Answers;
+use crate::evaluation::confusion::Confusion;
+use crate::network::backend::Backend;
+use crate::network::export::{encode, write_model, write_whole};
 use crate::network::{Network, NetworkKind};
 use crate::progress::Stage;
 use crate::settings::Settings;
-use crate::source::{Data, Source};
-use crate::trainer::train;
-
-pub use crate::test::Test;
+use crate::training::checkpoint::Checkpoint;
+use crate::training::epoch::EpochReport;
+use crate::training::trainer::train;
 
 /// What to train, on what, and where it goes.
 #[derive(Debug, Clone)]
@@ -64,7 +63,7 @@ pub struct Results {
     /// The validation clouds' answers.
     pub confusion: Confusion,
     /// Answers about clouds that nothing was chosen by; only of a dataset of meshes.
-    pub test: Option<Test>,
+    pub test: Option<TestResult>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
 }
@@ -94,11 +93,11 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
         checkpoint.remove()?;
     }
     let history = fit(&network, &data, &metadata, settings, &checkpoint, &show)?;
-    let answers = Answers::of(&network, data.validation.clouds(), &metadata)?;
+    let answers = Answers::of(&network, &data.validation, &metadata)?;
     let inverse_temperature = answers.inverse_temperature();
     metadata.known_threshold = answers.threshold(settings.known_share);
-    let test = data.test.as_ref().map(|part| -> Result<Test> {
-        let answers = Answers::of(&network, part.clouds(), &metadata)?;
+    let test = data.test.as_ref().map(|part| -> Result<TestResult> {
+        let answers = Answers::of(&network, part, &metadata)?;
         Ok(answers.test(&metadata, inverse_temperature))
     });
     let confusion = answers.confusion(&metadata.labels);
@@ -158,7 +157,7 @@ fn fit(
     };
     train(
         network,
-        [data.train.clouds(), data.validation.clouds()],
+        [&data.train, &data.validation],
         metadata.metres_per_unit,
         parameters,
         settings.seed,
@@ -211,5 +210,5 @@ fn write_record(path: &Path, order: &Order, results: &Results) -> Result<()> {
         backend: order.backend,
         results,
     })?;
-    write_atomically(path, text.as_bytes())
+    write_whole(path, text.as_bytes())
 }

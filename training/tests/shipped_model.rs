@@ -15,7 +15,6 @@ use sim_camera::{
     scan_base_from_hand,
 };
 use sim_objects::{ObjectClass, Variation};
-use training::files;
 
 fn shipped_model() -> Model {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/model.onnx");
@@ -91,7 +90,7 @@ fn the_real_can_is_named_from_three_views_and_from_each_alone() {
         return;
     };
     let captures = [1, 2, 3].map(|view| folder.join(format!("captures/can_a/out_{view}.ply")));
-    let views = files::read_views(&captures, 1.0, || ()).unwrap();
+    let views = captures.map(|path| cloud::read(path).unwrap().points);
     let mut model = shipped_model();
     for (name, views) in [
         ("all", &views[..]),

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use classifier::{Model, Provider};
-use training::backend::Backend;
+use training::network::backend::Backend;
 use training::progress::Stage;
 use training::run::{Order, Results, run};
 use training::settings::Settings;
@@ -101,7 +101,7 @@ fn a_failed_run_names_the_fault_and_leaves_the_model_as_it_was() {
     let model = folder.path().join("model.onnx");
     std::fs::write(&model, "before").unwrap();
     let refusal = |settings: &Settings| {
-        let message = training::report::describe(&run_in(folder.path(), settings).unwrap_err());
+        let message = program::describe(run_in(folder.path(), settings).unwrap_err().as_ref());
         assert_eq!(std::fs::read_to_string(&model).unwrap(), "before");
         message
     };

@@ -5,11 +5,10 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use classifier::{Model, Provider};
+use classifier::{Model, Provider, shipped_model};
 use indicatif::ProgressBar;
+use sim_scan::ScanParameters;
 use training::evaluation::{self, Settings};
-use training::scan_parameters::ScanParameters;
-use training::{files, report};
 
 /// Measures a model on simulated scans that it was not trained on.
 #[derive(Debug, Parser)]
@@ -45,14 +44,14 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    report::exit_code("evaluate", run(&Arguments::parse()))
+    program::exit_code("evaluate", run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
-    let path = arguments
-        .model
-        .clone()
-        .map_or_else(files::shipped_model, Ok)?;
+    let path = match &arguments.model {
+        Some(path) => path.clone(),
+        None => shipped_model()?,
+    };
     let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
     if let Some(reason) = model.fallback_reason() {
         eprintln!("evaluate: the CPU provider is used: {reason}");

@@ -7,10 +7,9 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
 use indicatif::ProgressBar;
-use training::backend::Backend;
 use training::network::NetworkKind;
+use training::network::backend::Backend;
 use training::progress;
-use training::report;
 use training::run::{self, Order};
 use training::settings::Settings;
 
@@ -120,7 +119,7 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    report::exit_code("train", run(&Arguments::parse()))
+    program::exit_code("train", run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<()> {

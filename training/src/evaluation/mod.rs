@@ -1,7 +1,11 @@
 //! How good a model file is on clouds that it was not trained on.
 
+pub(crate) mod answers;
 mod by_view;
+pub mod calibration;
+pub mod confusion;
 mod known;
+mod test_result;
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +15,13 @@ use serde::Serialize;
 
 pub use by_view::DataTest;
 pub use known::Known;
+pub use test_result::TestResult;
 
-use crate::dataset::see_all;
-use crate::mesh_dataset::{MeshDataset, MeshFile};
-use crate::samples::Seen;
-use crate::scan::ScannedObject;
-use crate::scan_parameters::ScanParameters;
-use crate::specimens::{Labelled, Specimens};
+use crate::data::clouds::Seen;
+use crate::data::mesh_dataset::{MeshDataset, MeshFile};
+use crate::data::simulate::see_all;
+use crate::data::specimens::{Labelled, Specimens};
+use sim_scan::{ScanParameters, ScannedObject};
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]

@@ -1,0 +1,12 @@
+//! Labelled clouds: of simulated scans and of meshes, kept in files, changed at random while training.
+
+pub mod augment;
+pub mod clouds;
+pub mod mesh_clouds;
+pub mod mesh_dataset;
+pub mod simulate;
+pub mod source;
+pub mod specimens;
+mod split;
+
+pub use clouds::{LabelledClouds, Split};
