@@ -3,6 +3,7 @@
 //! [`data`] makes labelled clouds, [`network`] holds what is trained and writes it to a model file, [`training`] fits one to
 //! the other, [`evaluation`] counts right answers, [`run`] does all of it in one go, and [`study`] does many runs.
 
+pub mod code;
 pub mod data;
 pub mod evaluation;
 pub mod network;

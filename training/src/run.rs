@@ -1,13 +1,15 @@
 //! A whole training run: dataset, network, model file and a record of it all.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use classifier::ModelMetadata;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
+use crate::code;
 use crate::data::simulate::preprocessing;
 use crate::data::source::{Data, Source};
 use crate::evaluation::TestResult;
@@ -69,7 +71,8 @@ pub struct Results {
 }
 
 /// Makes or finds the clouds in `output`, trains, writes the model file, and run.yaml in a folder of `output`. A run that
-/// was interrupted goes on after its last whole epoch, and ends with the same bytes.
+/// was interrupted goes on after its last whole epoch, and ends with the same bytes. Clouds and unfinished runs of other
+/// code are not taken up.
 ///
 /// # Errors
 /// A setting is impossible, a file cannot be read or written, or training fails. The model file is then as before.
@@ -83,12 +86,15 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     metadata.labels = source.labels();
     metadata.normals = settings.normals();
     metadata.run_id = run_id.clone();
+    metadata.trained_on = Some(source.trained_on(settings).to_text()?);
     let network = network(settings, metadata.labels.len())?.on(&order.backend.device()?)?;
     metadata.network_version = network.version().to_owned();
     encode(&network, 1.0, &metadata).context("the network is too large")?;
 
     let data = source.data(settings, &metadata, &order.output, order.fresh, &show)?;
-    let checkpoint = Checkpoint::new(folder.join("checkpoint.safetensors"), &metadata.labels);
+    let _lock = lock(&folder)?;
+    let checkpoint = folder.join("checkpoint.safetensors");
+    let checkpoint = Checkpoint::new(checkpoint, &metadata.labels, code::digest()?);
     if order.fresh {
         checkpoint.remove()?;
     }
@@ -130,6 +136,23 @@ pub fn run_id(settings: &Settings, source: &Source) -> Result<String> {
         settings.seed,
         source.fingerprint(settings)?
     ))
+}
+
+/// Keeps other runs with the same settings away, which would write the same files, until it is dropped.
+fn lock(folder: &Path) -> Result<File> {
+    let path = folder.join("lock");
+    let unlocked = std::fs::create_dir_all(folder).and_then(|()| File::create(&path));
+    let file = unlocked.with_context(|| format!("cannot write {}", path.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => bail!(
+            "another training with the same settings is at work in {}; wait for it, or give another --output or --seed",
+            folder.display()
+        ),
+        Err(TryLockError::Error(error)) => {
+            Err(error).with_context(|| format!("cannot lock {}", path.display()))
+        }
+    }
 }
 
 fn network(settings: &Settings, classes: usize) -> Result<Network> {
@@ -199,12 +222,16 @@ impl Results {
 fn write_record(path: &Path, order: &Order, results: &Results) -> Result<()> {
     #[derive(Serialize)]
     struct Record<'a> {
+        commit: &'a str,
+        code: String,
         settings: &'a Settings,
         datasets: &'a [PathBuf],
         backend: Backend,
         results: &'a Results,
     }
     let text = serde_yaml::to_string(&Record {
+        commit: sim_dataset::record::COMMIT,
+        code: code::digest()?,
         settings: &order.settings,
         datasets: &order.datasets,
         backend: order.backend,

@@ -172,7 +172,7 @@ fn grasps_stay_on_one_side_of_the_split_and_shares_are_kept() {
     let clouds = folders
         .find(|path| path.join("clouds.npz").exists())
         .unwrap();
-    let clouds = LabelledClouds::read(&clouds.join("clouds.npz")).unwrap();
+    let (clouds, _) = LabelledClouds::read(&clouds.join("clouds.npz")).unwrap();
     assert_eq!((clouds.len(), clouds.point_count), (72, 32));
     // Six meshes of each grasp follow each other.
     for grasp in clouds.split.chunks(6) {
@@ -292,7 +292,7 @@ fn classes_that_cannot_be_split_or_told_apart_are_named() {
     };
     let message = refusal(&[ObjectClass::TinyBall, ObjectClass::LargeCup], 12);
     assert!(
-        message.contains("large-cup has too few meshes: 12 of 2 grasps"),
+        message.contains("large-cup has too few meshes: 12 of 2 unlike grasps"),
         "{message}"
     );
     let message = refusal(&[ObjectClass::TinyBall], 18);

@@ -1,5 +1,6 @@
 //! Measures a model on fresh simulated scans.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,12 +28,13 @@ struct Arguments {
     #[arg(long, default_value = "CPU", value_parser = ["CPU", "GPU", "AUTO"])]
     device: String,
     /// Specimens of each class
-    #[arg(long, default_value_t = 30)]
-    specimens: usize,
+    #[arg(long, default_value = "30")]
+    specimens: NonZeroUsize,
     /// Everything random comes from this; other than a training run's
     #[arg(long, default_value_t = 9001)]
     seed: u64,
-    /// Also measure on the meshes of this dataset, made by generate_dataset
+    /// Also measure on the meshes of this dataset, made by generate_dataset; of one that the model was trained on, on those
+    /// that were held out
     #[arg(long, value_name = "FOLDER")]
     dataset: Option<PathBuf>,
     /// Scans like the demo's: camera mount known exactly, wrist upright, object held in the middle of the image

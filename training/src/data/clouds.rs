@@ -179,11 +179,12 @@ impl LabelledClouds {
     }
 
     /// Writes an npz file: `points` float32 `[M, N, 3]` in metres, `normals` like them if there are any, and uint32 `[M]`
-    /// `labels`, `view_counts`, `held` and `split` (0 training, 1 validation, 2 test).
+    /// `labels`, `view_counts`, `held` and `split` (0 training, 1 validation, 2 test); `made_by` has the bytes of the digest of
+    /// the code that made them.
     ///
     /// # Errors
     /// The file cannot be written; then nothing of it is left.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    pub fn write(&self, path: &Path, made_by: &str) -> Result<()> {
         let write = || -> Result<()> {
             let all = Tensor::from_slice(&self.values, self.shape(), &Device::Cpu)?;
             let mut arrays = vec![("points", all.narrow(2, 0, 3)?.contiguous()?)];
@@ -193,6 +194,7 @@ impl LabelledClouds {
             for (name, column) in COLUMNS.into_iter().zip(self.columns_of_clouds()) {
                 arrays.push((name, Tensor::from_slice(column, self.len(), &Device::Cpu)?));
             }
+            arrays.push((MADE_BY, Tensor::new(made_by.as_bytes(), &Device::Cpu)?));
             std::fs::create_dir_all(path.parent().context("a file of clouds needs a folder")?)?;
             let draft = Draft::of(path)?;
             Tensor::write_npz(&arrays, draft.path())?;
@@ -201,15 +203,27 @@ impl LabelledClouds {
         write().with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Reads what [`LabelledClouds::write`] wrote.
+    /// Reads what [`LabelledClouds::write`] wrote, and which code made it.
     ///
     /// # Errors
     /// The file cannot be read, or is not such a file.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &Path) -> Result<(Self, String)> {
         parse(path).with_context(|| {
             let path = path.display();
             format!("cannot read the clouds {path}; --fresh makes them again")
         })
+    }
+
+    /// The clouds in a file, if there is one and this very code made it.
+    ///
+    /// # Errors
+    /// As [`LabelledClouds::read`].
+    pub fn read_own(path: &Path, code: &str) -> Result<Option<Self>> {
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let (clouds, made_by) = Self::read(path)?;
+        Ok((made_by == code).then_some(clouds))
     }
 
     fn shape(&self) -> (usize, usize, usize) {
@@ -223,8 +237,9 @@ impl LabelledClouds {
 
 /// Arrays with one number a cloud.
 const COLUMNS: [&str; 4] = ["labels", "view_counts", "held", "split"];
+const MADE_BY: &str = "made_by";
 
-fn parse(path: &Path) -> Result<LabelledClouds> {
+fn parse(path: &Path) -> Result<(LabelledClouds, String)> {
     let arrays = Tensor::read_npz(path)?;
     let find = |name: &str| arrays.iter().find(|(found, _)| found == name);
     let get = |name: &str| find(name).map(|(_, array)| array);
@@ -243,7 +258,7 @@ fn parse(path: &Path) -> Result<LabelledClouds> {
         Ok(values)
     };
     let [labels, view_counts, held, split] = COLUMNS.map(column);
-    Ok(LabelledClouds {
+    let clouds = LabelledClouds {
         point_count,
         columns: all.dims3()?.2,
         values: all.flatten_all()?.to_vec1()?,
@@ -251,7 +266,10 @@ fn parse(path: &Path) -> Result<LabelledClouds> {
         view_counts: view_counts?,
         held: held?,
         split: split?,
-    })
+    };
+    // Files of before it was written were made by other code in any case.
+    let made_by = get(MADE_BY).map_or(Ok(Vec::new()), |bytes| bytes.to_vec1::<u8>())?;
+    Ok((clouds, String::from_utf8_lossy(&made_by).into_owned()))
 }
 
 #[cfg(test)]
@@ -315,18 +333,30 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         for columns in [3, 6] {
             let path = folder.path().join("made/clouds.npz");
-            clouds(columns).write(&path).unwrap();
-            assert_eq!(LabelledClouds::read(&path).unwrap(), clouds(columns));
+            clouds(columns).write(&path, "code").unwrap();
+            let read = LabelledClouds::read(&path).unwrap();
+            assert_eq!(read, (clouds(columns), "code".to_owned()));
             let entries = std::fs::read_dir(path.parent().unwrap()).unwrap();
             assert_eq!(entries.count(), 1);
         }
     }
 
     #[test]
+    fn what_other_code_made_is_not_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clouds.npz");
+        assert_eq!(LabelledClouds::read_own(&path, "code").unwrap(), None);
+        clouds(3).write(&path, "code").unwrap();
+        let own = LabelledClouds::read_own(&path, "code").unwrap();
+        assert_eq!(own, Some(clouds(3)));
+        assert_eq!(LabelledClouds::read_own(&path, "other").unwrap(), None);
+    }
+
+    #[test]
     fn a_truncated_or_foreign_file_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("clouds.npz");
-        clouds(3).write(&path).unwrap();
+        clouds(3).write(&path, "code").unwrap();
         let bytes = std::fs::read(&path).unwrap();
         for bytes in [&bytes[..bytes.len() / 2], b"text"] {
             std::fs::write(&path, bytes).unwrap();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::clouds::{LabelledClouds, Seen};
 use super::mesh_dataset::{MeshDataset, MeshFile};
-use super::split::split;
+use super::split::{SplitSettings, split};
 
 /// How meshes become clouds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,8 +50,14 @@ pub fn sample(
     finished: impl Fn() + Sync,
 ) -> Result<LabelledClouds> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let (test, validation) = (sampling.test_share, sampling.validation_share);
-    let split = split(dataset, test, validation, &mut random)?;
+    let split = split(
+        dataset,
+        &SplitSettings {
+            seed,
+            test_share: sampling.test_share,
+            validation_share: sampling.validation_share,
+        },
+    )?;
     let point_count = sampling.kept_points.max(metadata.point_count);
     let surface_points = sampling.surface_points.max(point_count);
     let metadata = ModelMetadata {

@@ -21,6 +21,8 @@ pub struct MeshFile {
     pub label: u32,
     /// Which grasp made it, unique in the dataset. Its meshes differ only in how deep they are pressed.
     pub grasp: usize,
+    /// The vertices that the two fingers pressed.
+    pub handles: [u32; 2],
     sha256: String,
 }
 
@@ -33,6 +35,8 @@ pub struct MeshDataset {
     pub meshes: Vec<MeshFile>,
     /// Stands for all manifests, and so for every byte of the meshes.
     pub digest: String,
+    /// SHA-256 of each folder's manifest.
+    pub manifests: Vec<String>,
 }
 
 impl MeshDataset {
@@ -41,7 +45,7 @@ impl MeshDataset {
     /// # Errors
     /// A folder is none, is unfinished or damaged, lacks a mesh or has a foreign file.
     pub fn open(folders: &[PathBuf]) -> Result<Self> {
-        let mut texts = Vec::new();
+        let (mut texts, mut manifests) = (Vec::new(), Vec::new());
         let mut rows: Vec<(usize, Made)> = Vec::new();
         let mut known = HashMap::new();
         for (index, folder) in folders.iter().enumerate() {
@@ -52,6 +56,7 @@ impl MeshDataset {
             let objects = made.iter().map(|(_, row)| row.object.clone());
             known.extend(objects.map(|object| (object, folder.as_path())));
             rows.extend(made.into_iter().map(|made| (index, made)));
+            manifests.push(hex_digest(&text));
             texts.extend(text);
         }
         let labels = sorted_labels(rows.iter().map(|(_, (_, row))| row.object.as_str()));
@@ -63,12 +68,14 @@ impl MeshDataset {
                 path: path.clone(),
                 label: labels.iter().position(|label| *label == row.object)? as u32,
                 grasp: *grasps.entry(key).or_insert(unused),
+                handles: [row.handle_1, row.handle_2],
                 sha256: row.sha256.clone()?,
             })
         });
         Ok(Self {
             meshes: files.collect(),
             digest: hex_digest(&texts),
+            manifests,
             labels,
         })
     }

@@ -8,5 +8,6 @@ pub mod simulate;
 pub mod source;
 pub mod specimens;
 mod split;
+pub mod trained_on;
 
 pub use clouds::{LabelledClouds, Split};

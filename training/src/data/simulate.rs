@@ -24,6 +24,7 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
         network_version: crate::network::NETWORK_VERSION.to_owned(),
         run_id: "none".to_owned(),
         known_threshold: 0.0,
+        trained_on: None,
     }
 }
 

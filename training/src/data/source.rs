@@ -13,7 +13,9 @@ use super::mesh_clouds;
 use super::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
 use super::simulate::simulate;
 use super::specimens::Labelled;
-use super::split::split;
+use super::split::{SplitSettings, split};
+use super::trained_on::TrainedOn;
+use crate::code;
 use crate::network::NetworkKind;
 use crate::progress::Stage;
 use crate::settings::{Settings, fingerprint};
@@ -82,6 +84,15 @@ impl Source {
         fingerprint(&(settings, &dataset.digest))
     }
 
+    /// What the model file is to say of the data.
+    pub fn trained_on(&self, settings: &Settings) -> TrainedOn {
+        let (Self::Scans(dataset) | Self::ScansOf(dataset) | Self::Meshes(dataset)) = self;
+        TrainedOn {
+            manifests: dataset.manifests.clone(),
+            split: SplitSettings::of(settings),
+        }
+    }
+
     /// The clouds, from the file of an earlier run with the same settings where there is one.
     ///
     /// # Errors
@@ -131,13 +142,7 @@ fn scanned(
         name += "-only";
     }
     let path = clouds_file(output, &name);
-    let clouds = if path.is_file() && !fresh {
-        LabelledClouds::read(&path)?
-    } else {
-        let clouds = scan(dataset, settings, metadata, show)?;
-        clouds.write(&path)?;
-        clouds
-    };
+    let clouds = kept_or_made(&path, fresh, || scan(dataset, settings, metadata, show))?;
     Ok(Data {
         train: clouds.part(Split::Train, settings.point_count),
         validation: clouds.part(Split::Validation, settings.point_count),
@@ -153,23 +158,21 @@ fn scan(
     show: &(impl Fn(Stage) + Sync),
 ) -> Result<LabelledClouds> {
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let shares = &settings.meshes;
-    let split = split(
-        dataset,
-        shares.test_share,
-        shares.validation_share,
-        &mut random,
-    )?;
+    let split = split(dataset, &SplitSettings::of(settings))?;
     let none = metadata.labels.len() as u32;
-    let labelled = |each, strangers, training| -> Result<Vec<Labelled>> {
-        let meshes = |object: &str| meshes_of(dataset, &split, object, training);
+    let labelled = |each, strangers, part| -> Result<Vec<Labelled>> {
+        let meshes = |object: &str| meshes_of(dataset, &split, object, part);
         let mut labelled = Labelled::of(&metadata.labels, each, meshes)?;
         labelled.extend(Labelled::nothing_known(none, strangers));
         Ok(labelled)
     };
     let fewer = settings.validation_specimens_per_class;
-    let train = labelled(settings.specimens_per_class, settings.strangers, true)?;
-    let validation = labelled(fewer, fewer, false)?;
+    let train = labelled(
+        settings.specimens_per_class,
+        settings.strangers,
+        Split::Train,
+    )?;
+    let validation = labelled(fewer, fewer, Split::Validation)?;
     let specimens = train
         .iter()
         .chain(&validation)
@@ -186,17 +189,11 @@ fn scan(
     Ok(clouds)
 }
 
-/// The meshes of an object that are to be learned from, or the others.
-fn meshes_of(
-    dataset: &MeshDataset,
-    split: &[Split],
-    object: &str,
-    training: bool,
-) -> Vec<MeshFile> {
+/// The meshes of an object in one part of the split.
+fn meshes_of(dataset: &MeshDataset, split: &[Split], object: &str, part: Split) -> Vec<MeshFile> {
     let label = dataset.labels.iter().position(|label| label == object);
-    let is_wanted = |mesh: &MeshFile, split: Split| {
-        Some(mesh.label as usize) == label && (split == Split::Train) == training
-    };
+    let is_wanted =
+        |mesh: &MeshFile, split: Split| Some(mesh.label as usize) == label && split == part;
     let pairs = dataset.meshes.iter().zip(split);
     let wanted = pairs.filter(|(mesh, split)| is_wanted(mesh, **split));
     wanted.map(|(mesh, _)| mesh.clone()).collect()
@@ -221,24 +218,36 @@ fn sampled(
         point_count.max(settings.meshes.kept_points),
     );
     let path = clouds_file(output, &fingerprint(&determining)?);
-    let clouds = if path.is_file() && !fresh {
-        LabelledClouds::read(&path)?
-    } else {
+    let clouds = kept_or_made(&path, fresh, || {
         show(Stage::Sampling {
             meshes: dataset.meshes.len(),
         });
         let finished = || show(Stage::Scanned);
         let (sampling, seed) = (&settings.meshes, settings.seed);
-        let clouds = mesh_clouds::sample(dataset, sampling, metadata, seed, finished)?;
-        clouds.write(&path)?;
-        clouds
-    };
+        mesh_clouds::sample(dataset, sampling, metadata, seed, finished)
+    })?;
     let part = |split| clouds.part(split, point_count);
     Ok(Data {
         train: part(Split::Train),
         validation: part(Split::Validation),
         test: Some(part(Split::Test)),
     })
+}
+
+/// The clouds in the file, if this very code made them and they are not wanted fresh; else those that `make` gives, which
+/// are kept there.
+fn kept_or_made(
+    path: &Path,
+    fresh: bool,
+    make: impl FnOnce() -> Result<LabelledClouds>,
+) -> Result<LabelledClouds> {
+    let code = code::digest()?;
+    if !fresh && let Some(clouds) = LabelledClouds::read_own(path, &code)? {
+        return Ok(clouds);
+    }
+    let clouds = make()?;
+    clouds.write(path, &code)?;
+    Ok(clouds)
 }
 
 fn clouds_file(output: &Path, fingerprint: &str) -> PathBuf {

@@ -2,12 +2,17 @@
 
 /// The factor 1/T of logits `[M][C]` that makes the true classes most probable (temperature scaling, Guo et al. 2017).
 /// 1 without clouds.
+///
+/// Where every answer is right, no factor is too large for the labels themselves. So that few clouds do not make a model
+/// that is always certain, the target is not the label alone: as in Platt scaling (Platt 1999, Sec. 2.2) its share of M
+/// clouds is (M + 1) / (M + 2), and the rest is spread over the other classes.
 pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
+    let others_share = 1.0 / (logits.len() as f64 + 2.0);
     // The loss is convex in the factor: its slope has one zero.
     let slope = |factor: f64| -> f64 {
         let pairs = logits.iter().zip(labels);
         pairs
-            .map(|(logits, &label)| slope_of(logits, label, factor))
+            .map(|(logits, &label)| slope_of(logits, label, others_share, factor))
             .sum()
     };
     let (mut low, mut high) = (0.05_f64, 20.0_f64);
@@ -25,8 +30,9 @@ pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
     (low * high).sqrt()
 }
 
-/// Derivative of -log softmax(factor · logits)\[label\] by the factor: the mean of the logits minus the label's.
-fn slope_of(logits: &[f32], label: usize, factor: f64) -> f64 {
+/// Derivative by the factor of the cross-entropy of softmax(factor · logits): the logits' mean by these probabilities minus
+/// that by the target, of which `others_share` belongs to the classes that are not the label.
+fn slope_of(logits: &[f32], label: usize, others_share: f64, factor: f64) -> f64 {
     let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let (mut sum, mut weighted) = (0.0, 0.0);
     for &logit in logits {
@@ -34,7 +40,10 @@ fn slope_of(logits: &[f32], label: usize, factor: f64) -> f64 {
         sum += weight;
         weighted += weight * f64::from(logit);
     }
-    weighted / sum - f64::from(logits[label])
+    let own = f64::from(logits[label]);
+    let all: f64 = logits.iter().copied().map(f64::from).sum();
+    let others = (all - own) / (logits.len().max(2) - 1) as f64;
+    weighted / sum - (own + others_share * (others - own))
 }
 
 /// The log of the sum of exponentials.
@@ -111,6 +120,17 @@ mod tests {
             );
         }
         assert_eq!(inverse_temperature(&[], &[]), 1.0);
+    }
+
+    #[test]
+    fn right_answers_about_few_clouds_do_not_make_a_model_certain() {
+        for count in [1, 30, 300] {
+            let logits = vec![vec![4.0, -1.0, -1.0, -1.0]; count];
+            let factor = inverse_temperature(&logits, &vec![0; count]);
+            let found = probabilities(&logits[0], factor)[0];
+            let expected = (count as f64 + 1.0) / (count as f64 + 2.0);
+            assert!((found - expected).abs() < 1e-3, "{count} clouds: {found}");
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 
+use crate::code;
 use crate::data::source::Source;
 use crate::evaluation::confusion::Confusion;
 use crate::network::backend::Backend;
@@ -44,6 +45,9 @@ pub struct Cell {
     pub points: usize,
     /// Of its training.
     pub results: Results,
+    /// Digest of the code that trained it; empty in files of before it was written.
+    #[serde(default)]
+    pub code: String,
 }
 
 impl Cell {
@@ -89,6 +93,7 @@ pub fn study(
         "a study needs a dataset, numbers of features and numbers of points"
     );
     let source = Source::open(&order.settings, &order.datasets)?;
+    let code = code::digest()?;
     let mut cells = Vec::new();
     for &features in &order.features {
         for &points in &order.points {
@@ -100,7 +105,8 @@ pub fn study(
                 .join("cells")
                 .join(name(features, points) + ".json");
             let id = run_id(&settings, &source)?;
-            let finished = finished(&path)?.filter(|cell| cell.results.run_id == id);
+            let is_same = |cell: &Cell| cell.results.run_id == id && cell.code == code;
+            let finished = finished(&path)?.filter(is_same);
             begin(features, points, finished.is_none());
             cells.push(match finished {
                 Some(cell) => cell,
@@ -142,6 +148,7 @@ fn train_cell(
         features,
         points,
         results: run(&order, show)?,
+        code: code::digest()?,
     };
     write_whole(path, &serde_json::to_vec_pretty(&cell)?)?;
     Ok(cell)

@@ -29,9 +29,11 @@ pub struct State {
 pub struct Checkpoint {
     path: PathBuf,
     labels: String,
+    code: String,
 }
 
 const LABELS: &str = "labels";
+const CODE: &str = "code";
 const HISTORY: &str = "history";
 const STEPS: &str = "steps";
 const GROUPS: [&str; 4] = ["weight", "best", "mean", "square"];
@@ -39,10 +41,10 @@ const GROUPS: [&str; 4] = ["weight", "best", "mean", "square"];
 const COLUMNS: usize = 5;
 
 impl Checkpoint {
-    /// In this file, of a network with these labels. Nothing is touched.
-    pub fn new(path: PathBuf, labels: &[String]) -> Self {
+    /// In this file, of a network with these labels and of code with this digest. Nothing is touched.
+    pub fn new(path: PathBuf, labels: &[String], code: String) -> Self {
         let labels = labels.join(",");
-        Self { path, labels }
+        Self { path, labels, code }
     }
 
     /// Keeps a state; the one before stays until this one is whole.
@@ -59,7 +61,8 @@ impl Checkpoint {
         write().with_context(|| format!("cannot write {}", self.path.display()))
     }
 
-    /// The state that was kept, if any.
+    /// The state that was kept, if any. There is nothing to go on from where other code kept it: what comes of half a
+    /// training by one code and half by another, nobody could make again.
     ///
     /// # Errors
     /// The file is damaged, or of a network with other labels or another shape than `like`.
@@ -67,7 +70,7 @@ impl Checkpoint {
         if !self.path.exists() {
             return Ok(None);
         }
-        self.parse(like).map(Some).with_context(|| {
+        self.parse(like).with_context(|| {
             let path = self.path.display();
             format!("cannot go on from {path}; --fresh starts anew")
         })
@@ -103,6 +106,7 @@ impl Checkpoint {
         let mut tensors = HashMap::from([
             (HISTORY.to_owned(), history),
             (LABELS.to_owned(), labels),
+            (CODE.to_owned(), Tensor::new(self.code.as_bytes(), device)?),
             (STEPS.to_owned(), steps),
         ]);
         let lists = [
@@ -118,8 +122,12 @@ impl Checkpoint {
         Ok(tensors)
     }
 
-    fn parse(&self, like: &[Tensor]) -> Result<State> {
+    fn parse(&self, like: &[Tensor]) -> Result<Option<State>> {
         let tensors = safetensors::load(&self.path, &Device::Cpu)?;
+        let code = tensors.get(CODE).map(|code| code.to_vec1::<u8>());
+        if code.transpose()?.as_deref() != Some(self.code.as_bytes()) {
+            return Ok(None);
+        }
         let get = |name: &str| {
             tensors
                 .get(name)
@@ -147,7 +155,7 @@ impl Checkpoint {
         let [weights, best_weights, means, squares] = GROUPS.map(list);
         let steps = get(STEPS)?.to_vec1::<i64>()?;
         let steps = *steps.first().context("it has no steps")?;
-        Ok(State {
+        Ok(Some(State {
             weights: weights?,
             best_weights: best_weights?,
             adam: AdamState {
@@ -156,7 +164,7 @@ impl Checkpoint {
                 squares: squares?,
             },
             history: history(get(HISTORY)?)?,
-        })
+        }))
     }
 }
 
@@ -225,12 +233,14 @@ mod tests {
     fn a_state_reads_back_the_same_and_leaves_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run/checkpoint.safetensors");
-        let checkpoint = Checkpoint::new(path.clone(), &labels(["a", "b"]));
+        let checkpoint = Checkpoint::new(path.clone(), &labels(["a", "b"]), "code".to_owned());
         assert!(checkpoint.read(&tensors(0.0)).unwrap().is_none());
         checkpoint.write(&state()).unwrap();
         let read = checkpoint.read(&tensors(0.0)).unwrap().unwrap();
         assert_eq!(format!("{read:?}"), format!("{:?}", state()));
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        let other = Checkpoint::new(path.clone(), &labels(["a", "b"]), "other".to_owned());
+        assert!(other.read(&tensors(0.0)).unwrap().is_none());
         checkpoint.remove().unwrap();
         checkpoint.remove().unwrap();
         assert!(!path.exists());
@@ -240,10 +250,10 @@ mod tests {
     fn a_damaged_file_and_other_labels_or_layers_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checkpoint.safetensors");
-        let checkpoint = Checkpoint::new(path.clone(), &labels(["a", "b"]));
+        let checkpoint = Checkpoint::new(path.clone(), &labels(["a", "b"]), "code".to_owned());
         checkpoint.write(&state()).unwrap();
         let refusal = |labels: &[String], like: &[Tensor]| {
-            let read = Checkpoint::new(path.clone(), labels).read(like);
+            let read = Checkpoint::new(path.clone(), labels, "code".to_owned()).read(like);
             program::describe(read.unwrap_err().as_ref())
         };
         let message = refusal(&labels(["a", "c"]), &tensors(0.0));
