@@ -96,8 +96,7 @@ pub fn classify_views(
 }
 
 impl Classified {
-    /// One object for programs: `label`, `known`, the score that this is decided by and its threshold, `probabilities` by
-    /// label, `timing_ms`, `views`.
+    /// One object for programs: `label`, `known`, `probabilities` by label, `timing_ms`, `views`.
     pub fn to_json(&self, model: &Model) -> Value {
         let answer = &self.answer;
         let timing = [
