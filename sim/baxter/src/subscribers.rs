@@ -1,10 +1,10 @@
-//! What the simulated robot listens to.
+//! What the simulated robot subscribes to.
 
 use std::fmt::Display;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use baxter::Side;
+use baxter::{Side, W2};
 use msg::baxter_core_msgs::{EndEffectorCommand, HeadPanCommand, JointCommand};
 use msg::reflex_msgs::PoseCommand;
 use msg::std_msgs;
@@ -16,7 +16,7 @@ use crate::Simulation;
 /// Clients repeat their commands at 100 Hz; complaints about them need not.
 const COMPLAINT_PERIOD: Duration = Duration::from_secs(5);
 
-/// Subscribes to everything; the robot is deaf once the result is dropped.
+/// Subscribes to everything; the robot hears nothing once the result is dropped.
 pub fn listen(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
     let mut subscribers = listen_to_buttons(node, simulation)?;
     for side in Side::BOTH {
@@ -24,7 +24,7 @@ pub fn listen(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscr
         subscribers.extend(listen_to_hand(node, simulation, side)?);
     }
     subscribers.push(listen_to_head(node, simulation)?);
-    subscribers.extend(listen_to_fate(node, simulation)?);
+    subscribers.extend(listen_to_mishaps(node, simulation)?);
     Ok(subscribers)
 }
 
@@ -150,11 +150,30 @@ fn listen_to_head(node: &Node, simulation: &Simulation) -> anyhow::Result<Subscr
 }
 
 /// Private topics that a real robot has no counterpart for: what people and things do to it.
-fn listen_to_fate(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
+fn listen_to_mishaps(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
     let clock = simulation.clone();
+    let publishing = simulation.clone();
+    let silence = move |what: std_msgs::String| publishing.silence(what.data);
     let step_clock = move |offset_s: std_msgs::Float64| clock.step_clock(offset_s.data);
     Ok(vec![
         node.subscribe("~step_clock", Expect::COMMANDS, step_clock)?,
+        node.subscribe("~silence", Expect::COMMANDS, silence)?,
+        on(
+            node,
+            simulation,
+            "~jam_left_wrist",
+            |robot, jammed: std_msgs::Bool| {
+                robot.arm_mut(Side::Left).jam(W2, jammed.data);
+            },
+        )?,
+        on(
+            node,
+            simulation,
+            "~left_impact",
+            |robot, impact: std_msgs::Bool| {
+                robot.set_impact(Side::Left, impact.data);
+            },
+        )?,
         on(
             node,
             simulation,

@@ -1,4 +1,4 @@
-//! What the simulated robot says.
+//! What the simulated robot publishes.
 
 use baxter::Side;
 use msg::Time;
@@ -11,21 +11,21 @@ use msg::sensor_msgs::JointState;
 use node::{Latch, Node, Publisher};
 use sim_baxter::{JointStates, Robot};
 
-use crate::hand_voice::HandVoice;
+use crate::hand_publishers::HandPublishers;
 
-/// Slow topics are spoken each tenth time.
+/// Slow topics are published each tenth time.
 const SLOW_DIVISOR: u64 = 10;
 
 /// The robot's publishers.
-pub struct Voice {
+pub struct Publishers {
     joint_states: Publisher<JointState>,
     state: Publisher<AssemblyState>,
     head: Publisher<HeadState>,
-    arms: [ArmVoice; 2],
-    hands: [HandVoice; 2],
+    arms: [ArmPublishers; 2],
+    hands: [HandPublishers; 2],
 }
 
-struct ArmVoice {
+struct ArmPublishers {
     side: Side,
     endpoint: Publisher<EndpointState>,
     cuff: Publisher<DigitalIOState>,
@@ -33,24 +33,24 @@ struct ArmVoice {
     collision_detection: Publisher<CollisionDetectionState>,
 }
 
-impl Voice {
+impl Publishers {
     pub fn new(node: &Node, robot: &Robot) -> anyhow::Result<Self> {
-        let hand = |side| HandVoice::new(node, side, robot.hand(side));
+        let hand = |side| HandPublishers::new(node, side, robot.hand(side));
         Ok(Self {
             // Several messages a tick share this topic.
             joint_states: node.publish("/robot/joint_states", 10, Latch::No)?,
             state: node.publish("/robot/state", 10, Latch::No)?,
             head: node.publish("/robot/head/head_state", 10, Latch::No)?,
             arms: [
-                ArmVoice::new(node, Side::Left)?,
-                ArmVoice::new(node, Side::Right)?,
+                ArmPublishers::new(node, Side::Left)?,
+                ArmPublishers::new(node, Side::Right)?,
             ],
             hands: [hand(Side::Left)?, hand(Side::Right)?],
         })
     }
 
-    /// Publishes everything that is due at this tick.
-    pub fn speak(&self, robot: &mut Robot, stamp: Time, tick: u64) {
+    /// Publishes everything that is due at this tick, but for what is silenced.
+    pub fn publish_due(&self, robot: &mut Robot, stamp: Time, tick: u64, silenced: &str) {
         // Fingers first: robot_state_publisher keeps but the last message that waits for it, and where it is held up that
         // has to be the one that moves the camera and the hand.
         for fingers in Side::BOTH.map(|side| robot.finger_joint_states(side)) {
@@ -59,17 +59,21 @@ impl Voice {
                 .into_iter()
                 .for_each(|message| self.joint_states.send(message));
         }
-        self.joint_states
-            .send(joint_state(robot.joint_states(), stamp));
-        self.state
-            .send(msg::robot::from_state(robot.assembly.state()));
+        if silenced != "joint_states" {
+            self.joint_states
+                .send(joint_state(robot.joint_states(), stamp));
+        }
+        if silenced != "state" {
+            self.state
+                .send(msg::robot::from_state(robot.assembly.state()));
+        }
         for (side, hand) in Side::BOTH.into_iter().zip(&self.hands) {
-            hand.speak(robot.hand(side), stamp, tick);
+            hand.publish_due(robot.hand(side), stamp, tick);
         }
         for arm in &self.arms {
             arm.endpoint.send(endpoint_state(robot, arm.side, stamp));
             if tick.is_multiple_of(SLOW_DIVISOR) {
-                arm.speak_slowly(robot, stamp);
+                arm.publish_slow(robot, stamp, silenced);
             }
         }
         if tick.is_multiple_of(SLOW_DIVISOR) {
@@ -78,7 +82,7 @@ impl Voice {
     }
 }
 
-impl ArmVoice {
+impl ArmPublishers {
     fn new(node: &Node, side: Side) -> anyhow::Result<Self> {
         let limb = side.limb_topics();
         let topic = |suffix: &str| format!("{limb}/{suffix}");
@@ -99,21 +103,30 @@ impl ArmVoice {
         })
     }
 
-    fn speak_slowly(&self, robot: &Robot, stamp: Time) {
+    fn publish_slow(&self, robot: &Robot, stamp: Time, silenced: &str) {
         let state = robot.cuff_held(self.side) as i8;
-        self.cuff.send(DigitalIOState {
-            state,
-            isInputOnly: true,
-        });
+        if silenced != "cuff" {
+            self.cuff.send(DigitalIOState {
+                state,
+                isInputOnly: true,
+            });
+        }
         let mut avoidance = CollisionAvoidanceState {
             collision_object: robot.collision_objects(self.side).to_vec(),
             ..Default::default()
         };
         avoidance.header.stamp = stamp;
-        self.collision_avoidance.send(avoidance);
-        let mut detection = CollisionDetectionState::default();
+        if silenced != "collision_avoidance" {
+            self.collision_avoidance.send(avoidance);
+        }
+        let mut detection = CollisionDetectionState {
+            collision_state: robot.impact(self.side),
+            ..Default::default()
+        };
         detection.header.stamp = stamp;
-        self.collision_detection.send(detection);
+        if silenced != "collision_detection" {
+            self.collision_detection.send(detection);
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the hands of the simulated robot say.
+//! What the hands of the simulated robot publish.
 
 use baxter::Side;
 use msg::Time;
@@ -7,11 +7,11 @@ use msg::reflex_msgs::{Finger, Hand as ReflexState, Motor};
 use node::{Latch, Node, Publisher};
 use sim_baxter::{GripperState, Hand, ReflexHand};
 
-/// A ReFlex hand speaks at 33 Hz: each third time.
+/// A ReFlex hand publishes at 33 Hz: each third time.
 const REFLEX_DIVISOR: u64 = 3;
 
 /// The publishers of a hand's driver.
-pub enum HandVoice {
+pub enum HandPublishers {
     None,
     Electric {
         state: Publisher<EndEffectorState>,
@@ -21,7 +21,7 @@ pub enum HandVoice {
     Reflex(Publisher<ReflexState>),
 }
 
-impl HandVoice {
+impl HandPublishers {
     pub fn new(node: &Node, side: Side, hand: &Hand) -> anyhow::Result<Self> {
         Ok(match hand {
             Hand::None => Self::None,
@@ -42,7 +42,7 @@ impl HandVoice {
     }
 
     /// Publishes what is due at this tick.
-    pub fn speak(&self, hand: &Hand, stamp: Time, tick: u64) {
+    pub fn publish_due(&self, hand: &Hand, stamp: Time, tick: u64) {
         match (self, hand) {
             (Self::Electric { state, .. }, Hand::Electric(gripper)) => {
                 state.send(gripper_state(gripper.state(), stamp));
