@@ -230,6 +230,15 @@ impl Node {
         Ok(published.remove(topic).unwrap_or_default())
     }
 
+    /// Whether somebody offers the service `name`, as the master has it; waits for its answer.
+    ///
+    /// # Errors
+    /// Where the name is none.
+    pub fn is_served(&self, name: &str) -> anyhow::Result<bool> {
+        let name = names::resolve(name)?;
+        Ok(master::blocking(master::lookup_service(&name)).is_some())
+    }
+
     /// ROS time.
     pub fn clock(&self) -> Arc<Clock> {
         Arc::clone(&self.shared.clock)

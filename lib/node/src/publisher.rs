@@ -9,6 +9,9 @@ use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 use tokio::time::{Instant, timeout, timeout_at};
 
+/// How long a topic may be without listeners before nobody is said to wait for it.
+const UNHEARD_MAX: Duration = Duration::from_secs(3);
+
 /// Whether late subscribers get the last message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Latch {
@@ -86,17 +89,17 @@ impl<T: Message> Publisher<T> {
         timeout(patience, subscribed).await.is_ok()
     }
 
-    /// Returns once no other node has listened for `absence`; never while one does.
-    pub async fn until_deserted(&self, absence: Duration) {
+    /// Waits until no other node has listened for 3 s, as with the callers of services: nobody waits any more.
+    pub async fn until_unheard(&self) {
         let mut changes = self.publication.changes();
         let is_other = |name: &String| name != names::own();
-        let mut deserted_at = Instant::now();
+        let mut unheard_since = Instant::now();
         loop {
             if self.subscribers().iter().any(is_other) {
                 // The sender lives as long as the publication.
                 let _ = changes.changed().await;
-                deserted_at = Instant::now();
-            } else if timeout_at(deserted_at + absence, changes.changed())
+                unheard_since = Instant::now();
+            } else if timeout_at(unheard_since + UNHEARD_MAX, changes.changed())
                 .await
                 .is_err()
             {
