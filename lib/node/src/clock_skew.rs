@@ -1,4 +1,4 @@
-//! How far another computer's clock is from this one's, from the stamps of what it sends.
+//! Clock skew: how far another computer's clock is from this one's, from the stamps of what it sends.
 //!
 //! A message that was stamped at `s` by the other clock and arrives at `a` by this one tells a - s = transit - offset. The
 //! transit is not negative, and the shortest of many is at most the round trip. So the offset lies in
@@ -47,7 +47,7 @@ impl Lags {
             || self
                 .recent
                 .front()
-                .is_some_and(|(when, _)| now.duration_since(*when) > WINDOW)
+                .is_some_and(|(when, _)| now.saturating_duration_since(*when) > WINDOW)
         {
             self.recent.pop_front();
         }
@@ -55,7 +55,8 @@ impl Lags {
 
     /// The least of the recent differences, s; `None` where too few came of late.
     pub fn least_s(&self, now: Instant) -> Option<f64> {
-        let is_recent = |(when, _): &&(Instant, f64)| now.duration_since(*when) <= WINDOW;
+        let is_recent =
+            |(when, _): &&(Instant, f64)| now.saturating_duration_since(*when) <= WINDOW;
         let recent = || self.recent.iter().filter(is_recent);
         let least_s = recent().map(|(_, lag_s)| *lag_s).reduce(f64::min);
         least_s.filter(|_| recent().count() >= KEPT_MIN)

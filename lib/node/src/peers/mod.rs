@@ -1,17 +1,22 @@
 //! The other nodes: which do not answer, and whose clock is not in step with ours.
 
+mod report;
+
+pub use report::{PeerClock, Source, Unreachable};
+
+use crate::clock_skew::{Lags, offset};
 use crate::node::Node;
-use crate::offset::{ClockOffset, Lags, offset};
-use crate::{environment, xmlrpc};
-use rosrust::Time;
+use crate::xmlrpc::call_ros;
+use crate::{clock, master, names, xmlrpc};
+use msg::Time;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use tokio::task::JoinSet;
 
 /// Pause between two rounds of questions.
 const PERIOD: Duration = Duration::from_secs(2);
-/// How long a node, or the master, has to answer.
+/// How long a node has to answer.
 const DEADLINE: Duration = Duration::from_secs(1);
 /// Round trips of which the shortest counts.
 const ROUND_TRIPS_KEPT: usize = 5;
@@ -20,39 +25,6 @@ const ROUND_TRIPS_KEPT: usize = 5;
 #[derive(Clone)]
 pub struct Peers {
     known: Arc<Mutex<Known>>,
-}
-
-/// Whose stamp it is.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Source {
-    /// The node of this name.
-    Node(String),
-    /// Whoever publishes this topic.
-    Topic(String),
-}
-
-/// A node that does not answer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unreachable {
-    /// Name of the node.
-    pub node: String,
-    /// Where the master says that it is; empty where it does not say.
-    pub host: String,
-    /// What happened instead.
-    pub reason: String,
-}
-
-/// The clock of the computer that a node runs on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PeerClock {
-    /// Whose stamps were looked at.
-    pub source: Source,
-    /// Name of the node.
-    pub node: String,
-    /// Its computer's name or address, where known.
-    pub host: String,
-    /// How far its clock is from ours.
-    pub offset: ClockOffset,
 }
 
 #[derive(Default)]
@@ -72,20 +44,22 @@ struct Peer {
 
 impl Node {
     /// Starts to ask the other nodes every two seconds whether they are there. Call it once; clone the result.
-    pub fn peers(&self) -> std::io::Result<Peers> {
+    pub fn peers(&self) -> Peers {
         let peers = Peers {
             known: Arc::default(),
         };
-        let known = Arc::clone(&peers.known);
-        std::thread::Builder::new()
-            .name("peers".into())
-            .spawn(move || {
-                while rosrust::is_ok() {
-                    ask_all(&known);
-                    std::thread::sleep(PERIOD);
+        let asking = peers.clone();
+        tokio::spawn(async move {
+            loop {
+                // Without a master those known are asked again: it may be the only one that is gone.
+                if let Err(error) = learn(&asking.known).await {
+                    log::debug!("the nodes of the graph are not known: {error}");
                 }
-            })?;
-        Ok(peers)
+                asking.ask_all().await;
+                tokio::time::sleep(PERIOD).await;
+            }
+        });
+        peers
     }
 }
 
@@ -95,7 +69,7 @@ impl Peers {
         if stamp.nanos() == 0 {
             return; // not stamped
         }
-        let lag_s = (rosrust::now() - stamp).seconds();
+        let lag_s = (clock::now() - stamp).seconds();
         lock(&self.known)
             .lags
             .entry(source)
@@ -105,7 +79,26 @@ impl Peers {
 
     /// Asks all known nodes now; takes a second where one does not answer.
     pub fn ask(&self) {
-        ask_known(&self.known);
+        master::blocking(self.ask_all());
+    }
+
+    async fn ask_all(&self) {
+        let nodes = lock(&self.known).nodes.clone();
+        let mut questions = JoinSet::new();
+        for (name, peer) in nodes {
+            questions.spawn(async move {
+                let begun = Instant::now();
+                let answer = call_ros(&peer.uri, "getPid", &[names::own().into()], DEADLINE).await;
+                (name, answer.map(|_| begun.elapsed()))
+            });
+        }
+        let answers = questions.join_all().await;
+        let mut known = lock(&self.known);
+        for (name, answer) in answers {
+            if let Some(peer) = known.nodes.get_mut(&name) {
+                peer.note(answer);
+            }
+        }
     }
 
     /// The nodes that the master knows and that did not answer when they were last asked.
@@ -173,97 +166,22 @@ impl Peer {
     }
 }
 
-impl PeerClock {
-    /// Whether it is ahead of this computer's.
-    pub fn is_ahead(&self) -> bool {
-        self.offset.offset_s > 0.0
-    }
-}
-
-impl fmt::Display for Unreachable {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { node, host, reason } = self;
-        match &host[..] {
-            "" => write!(f, "{node} does not answer ({reason})"),
-            _ => write!(f, "{node} at {host} does not answer ({reason})"),
-        }
-    }
-}
-
-impl fmt::Display for PeerClock {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self {
-            node, host, offset, ..
-        } = self;
-        let sense = if offset.offset_s < 0.0 {
-            "behind"
-        } else {
-            "ahead of"
-        };
-        let at = if host.is_empty() {
-            String::new()
-        } else {
-            format!(" at {host}")
-        };
-        write!(
-            f,
-            "the clock of {node}{at} is {:.0} ms {sense} this computer's (± {:.0} ms)",
-            offset.offset_s.abs() * 1e3,
-            offset.uncertainty_s * 1e3
-        )
-    }
-}
-
-/// One round: who is there, and do they answer?
-fn ask_all(known: &Mutex<Known>) {
-    // Without a master those known are asked again: it may be the only one that is gone.
-    if environment::check_master().is_ok() {
-        learn(known, &environment::master_uri());
-    }
-    ask_known(known);
-}
-
-fn ask_known(known: &Mutex<Known>) {
-    let asked = lock(known).nodes.clone();
-    let answers = std::thread::scope(|scope| {
-        let threads: Vec<_> = asked
-            .into_iter()
-            .map(|(name, peer)| {
-                scope.spawn(move || {
-                    let answer = xmlrpc::ping(&peer.uri, DEADLINE);
-                    (name, answer)
-                })
-            })
-            .collect();
-        let join = |thread: std::thread::ScopedJoinHandle<'_, _>| thread.join().ok();
-        threads.into_iter().filter_map(join).collect::<Vec<_>>()
-    });
-    let mut known = lock(known);
-    for (name, answer) in answers {
-        if let Some(peer) = known.nodes.get_mut(&name) {
-            peer.note(answer);
-        }
-    }
-}
-
 /// Asks the master for all nodes but this one, and where they are.
-fn learn(known: &Mutex<Known>, master_uri: &str) {
-    let Ok(state) = rosrust::state() else {
-        return;
-    };
-    let own_name = rosrust::name();
-    let topics = || state.publishers.iter().chain(&state.subscribers);
-    let mut names: BTreeSet<String> = topics()
-        .flat_map(|topic| topic.connections.iter().cloned())
+async fn learn(known: &Mutex<Known>) -> std::io::Result<()> {
+    let [published, read] = master::topics().await?;
+    let mut names: BTreeSet<String> = published
+        .values()
+        .chain(read.values())
+        .flatten()
+        .cloned()
         .collect();
-    names.remove(&own_name);
-    let uris: BTreeMap<_, _> = names
-        .into_iter()
-        .filter_map(|name| {
-            let uri = xmlrpc::lookup_node(master_uri, &name, DEADLINE).ok()?;
-            Some((name, uri))
-        })
-        .collect();
+    names.remove(names::own());
+    let mut uris = BTreeMap::new();
+    for name in names {
+        if let Ok(uri) = master::lookup_node(&name).await {
+            uris.insert(name, uri);
+        }
+    }
     let (mut known, now) = (lock(known), Instant::now());
     known.lags.retain(|_, lags| lags.least_s(now).is_some());
     known.nodes.retain(|name, _| uris.contains_key(name));
@@ -277,11 +195,8 @@ fn learn(known: &Mutex<Known>, master_uri: &str) {
             };
         }
     }
-    known.publishers = state
-        .publishers
-        .into_iter()
-        .map(|topic| (topic.name, topic.connections))
-        .collect();
+    known.publishers = published;
+    Ok(())
 }
 
 fn lock(known: &Mutex<Known>) -> MutexGuard<'_, Known> {
