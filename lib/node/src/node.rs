@@ -304,6 +304,16 @@ impl Node {
         Ok(found.map(|entry| entry.connections).unwrap_or_default())
     }
 
+    /// Whether somebody offers the service `name`, as the master has it.
+    ///
+    /// # Errors
+    /// The name is none, or the master cannot be reached.
+    pub fn is_served(&self, name: &str) -> anyhow::Result<bool> {
+        environment::check_master().context("no word from the ROS master")?;
+        let found = crate::master::lookup_service(&crate::service::resolved(name)?);
+        Ok(found.context("no word from the ROS master")?.is_some())
+    }
+
     /// ROS time.
     pub fn clock(&self) -> Arc<Clock> {
         Arc::clone(&self.shared.clock)
