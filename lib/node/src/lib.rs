@@ -34,6 +34,7 @@ mod hostile;
 mod life;
 mod link;
 mod listener;
+mod listeners;
 mod logging;
 mod master;
 mod memory;

@@ -1,6 +1,8 @@
 //! Publishers that survive a restarted master, and whose latched messages also reach those who cannot know of latching.
 
 use crate::link::Tended;
+use crate::listeners;
+use crate::service::resolved;
 use rosrust::Message;
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
@@ -9,6 +11,10 @@ use std::time::{Duration, Instant};
 const REPEAT: Duration = Duration::from_secs(1);
 /// Pause between looks for a listener; rosrust tells nobody when one comes.
 const LISTENER_PERIOD: Duration = Duration::from_millis(20);
+/// How long a topic may be without listeners before nobody is said to wait for it, as with the callers of services.
+const UNHEARD_MAX: Duration = Duration::from_secs(3);
+/// Pause between looks whether somebody still listens.
+const UNHEARD_PERIOD: Duration = Duration::from_millis(250);
 
 /// Whether late subscribers get the last message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +79,22 @@ impl<T: Message> Publisher<T> {
     /// Whether anybody listens. A subscriber that vanished counts until the next message to it fails.
     pub fn is_subscribed(&self) -> bool {
         self.core.is_subscribed()
+    }
+
+    /// Waits until nobody has listened for 3 s; who died or cannot be reached any more does not count.
+    pub async fn until_unheard(&self) {
+        let mut heard = tokio::time::Instant::now();
+        while heard.elapsed() < UNHEARD_MAX {
+            let topic = self.core.topic.clone();
+            let count = tokio::task::spawn_blocking(move || {
+                let topic = resolved(&topic).map_err(std::io::Error::other)?;
+                listeners::count(&topic)
+            });
+            if matches!(count.await, Ok(Ok(1..))) {
+                heard = tokio::time::Instant::now();
+            }
+            tokio::time::sleep(UNHEARD_PERIOD).await;
+        }
     }
 
     /// Waits until somebody listens, so that what is sent next is not lost; `false` when nobody does in time.

@@ -35,6 +35,22 @@ fn rosrust_name() -> String {
     }
 }
 
+/// The port at which the node at `uri` publishes `topic`.
+pub(crate) fn topic_port(uri: &str, topic: &str, deadline: Duration) -> io::Result<u16> {
+    let protocols = "<array><data><value><array><data><value><string>TCPROS</string></value></data></array></value></data></array>";
+    let values = [text(&rosrust_name()), text(topic), protocols.into()];
+    let answer = call_with(uri, "requestTopic", &values, deadline)?;
+    last_number(&answer).ok_or_else(|| io::Error::other(format!("{uri} does not publish {topic}")))
+}
+
+/// The last whole number in an answer, where it is a port.
+fn last_number(answer: &str) -> Option<u16> {
+    let ends = ["</i4>", "</int>"].map(|tag| answer.rfind(tag));
+    let end = ends.into_iter().flatten().max()?;
+    let (_, digits) = answer[..end].rsplit_once('>')?;
+    digits.parse().ok().filter(|port| *port > 1)
+}
+
 /// Calls a method with text arguments; returns the body of the answer.
 pub(crate) fn call(
     uri: &str,
@@ -42,6 +58,16 @@ pub(crate) fn call(
     arguments: &[&str],
     deadline: Duration,
 ) -> io::Result<String> {
+    let values: Vec<_> = arguments.iter().map(|argument| text(argument)).collect();
+    call_with(uri, method, &values, deadline)
+}
+
+/// A text as a value.
+fn text(text: &str) -> String {
+    format!("<string>{text}</string>")
+}
+
+fn call_with(uri: &str, method: &str, values: &[String], deadline: Duration) -> io::Result<String> {
     let end = Instant::now() + deadline;
     let host = authority(uri).ok_or_else(|| {
         io::Error::new(
@@ -52,7 +78,7 @@ pub(crate) fn call(
     let mut stream = TcpStream::connect_timeout(&resolve(host)?, deadline)?;
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(deadline))?;
-    stream.write_all(request(host, method, arguments).as_bytes())?;
+    stream.write_all(request(host, method, values).as_bytes())?;
     let answer = read_answer(&mut stream, end)?;
     let (head, body) = answer.split_once("\r\n\r\n").unwrap_or((&answer, ""));
     if head.split_whitespace().nth(1) != Some("200") {
@@ -67,10 +93,10 @@ fn resolve(host: &str) -> io::Result<SocketAddr> {
     host.to_socket_addrs()?.next().ok_or_else(unknown)
 }
 
-fn request(host: &str, method: &str, arguments: &[&str]) -> String {
-    let parameters: String = arguments
+fn request(host: &str, method: &str, values: &[String]) -> String {
+    let parameters: String = values
         .iter()
-        .map(|text| format!("<param><value><string>{text}</string></value></param>"))
+        .map(|value| format!("<param><value>{value}</value></param>"))
         .collect();
     let body = format!(
         "<?xml version=\"1.0\"?><methodCall><methodName>{method}</methodName>\

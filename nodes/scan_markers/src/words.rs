@@ -60,7 +60,10 @@ mod tests {
     fn a_scan_that_has_ended_says_nothing() {
         let words = |state| progress_words(state, 2, 3).map(|words| words.text);
         assert_eq!(words("turning").as_deref(), Some("view 2 of 3: turning"));
-        assert_eq!(words("classifying").as_deref(), Some("3 views: classifying"));
+        assert_eq!(
+            words("classifying").as_deref(),
+            Some("3 views: classifying")
+        );
         assert_eq!(words("done"), None);
         assert_eq!(words(""), None);
     }

@@ -75,8 +75,14 @@ mod tests {
             change(&mut parameters);
             parameters.validate().err().map(|error| error.name)
         };
-        assert_eq!(bad(|p| p.view_deadline_s = f64::NAN), Some("view_deadline_s"));
-        assert_eq!(bad(|p| p.answer_deadline_s = -1.0), Some("answer_deadline_s"));
+        assert_eq!(
+            bad(|p| p.view_deadline_s = f64::NAN),
+            Some("view_deadline_s")
+        );
+        assert_eq!(
+            bad(|p| p.answer_deadline_s = -1.0),
+            Some("answer_deadline_s")
+        );
         let percent = bad(|p| p.stop_when_confident = 95.0);
         assert_eq!(percent, Some("stop_when_confident"));
     }

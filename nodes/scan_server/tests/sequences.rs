@@ -97,7 +97,11 @@ impl World {
             label: "cup".into(),
             known: true,
             probability: self.below(100) as f64 / 100.0,
-            error: if broken { "roi_crop: broken".into() } else { view.error },
+            error: if broken {
+                "roi_crop: broken".into()
+            } else {
+                view.error
+            },
             ..Default::default()
         };
         let world = Arc::clone(self);
@@ -144,11 +148,13 @@ impl Stages for Graph {
     }
 
     fn publish_end(&self, scan_id: &str, view_count: u32) {
-        self.0.answer(msg::view::end(scan_id, view_count, msg::Time::default()));
+        self.0
+            .answer(msg::view::end(scan_id, view_count, msg::Time::default()));
     }
 
     fn publish_failure(&self, scan_id: &str, error: String) {
-        self.0.answer(msg::view::failed(scan_id, error, msg::Time::default()));
+        self.0
+            .answer(msg::view::failed(scan_id, error, msg::Time::default()));
     }
 
     async fn diagnosis(&self, _: Instant) -> String {
@@ -168,7 +174,10 @@ impl Topics for Clients {
         let mut results = self.0.results.lock().unwrap();
         let of_goal = results.entry(goal.id.id.clone()).or_default();
         of_goal.push((goal.status, result.error.clone()));
-        assert!(of_goal.iter().all(|other| *other == of_goal[0]), "{of_goal:?}");
+        assert!(
+            of_goal.iter().all(|other| *other == of_goal[0]),
+            "{of_goal:?}"
+        );
         assert_eq!(goal.status == Status::Succeeded, result.error.is_empty());
     }
 
@@ -203,8 +212,11 @@ impl Bench {
         assert!(world.scanner.set(Arc::downgrade(&scanner)).is_ok());
         let server = Arc::new(GoalServer::new(Clients(Arc::clone(&world))));
         let serving = tokio::spawn({
-            let (world, scanner, server) =
-                (Arc::clone(&world), Arc::clone(&scanner), Arc::clone(&server));
+            let (world, scanner, server) = (
+                Arc::clone(&world),
+                Arc::clone(&scanner),
+                Arc::clone(&server),
+            );
             async move {
                 let mut ending = world.is_ending.subscribe();
                 let shutdown = Life::until(async move {
@@ -226,7 +238,13 @@ impl Bench {
 
     fn send_goal(&mut self, name: String, views: u32) {
         self.asked.insert(name.clone());
-        self.server.on_goal(GoalId { id: name, stamp_ns: 0 }, views);
+        self.server.on_goal(
+            GoalId {
+                id: name,
+                stamp_ns: 0,
+            },
+            views,
+        );
     }
 
     /// A goal of before, or none.
@@ -307,7 +325,13 @@ async fn run(seed: u64) {
         bench.settle().await;
         let serving = timeout(Duration::from_secs(5), bench.serving).await;
         assert!(serving.is_ok(), "the server does not end");
-        bench.server.on_goal(GoalId { id: "late".into(), stamp_ns: 0 }, 1);
+        bench.server.on_goal(
+            GoalId {
+                id: "late".into(),
+                stamp_ns: 0,
+            },
+            1,
+        );
         let results = bench.world.results.lock().unwrap();
         assert_eq!(results["late"][0].0, Status::Recalled);
         return;
@@ -319,7 +343,10 @@ async fn run(seed: u64) {
     if bench.world.below(2) == 0 {
         let life = Life::until(std::future::pending());
         let scanned = bench.scanner.scan(3, &life).await;
-        assert_eq!((scanned.outcome, &scanned.answer.error[..]), (Outcome::Succeeded, ""));
+        assert_eq!(
+            (scanned.outcome, &scanned.answer.error[..]),
+            (Outcome::Succeeded, "")
+        );
     } else {
         bench.send_goal("next".into(), 3);
         bench.settle().await;

@@ -220,8 +220,14 @@ mod tests {
     fn what_moved_to_another_node_is_named() {
         for key in ["answer_deadline_s", "scan_at_start", "stop_when_confident"] {
             let read: Result<Parameters, _> = serde_yaml::from_str(&format!("{key}: 1"));
-            let error = read.err().map(|error| error.to_string()).unwrap_or_default();
-            assert!(error.contains(key) && error.contains("scan_server"), "{error}");
+            let error = read
+                .err()
+                .map(|error| error.to_string())
+                .unwrap_or_default();
+            assert!(
+                error.contains(key) && error.contains("scan_server"),
+                "{error}"
+            );
         }
         let written = serde_yaml::to_string(&Parameters::default()).unwrap_or_default();
         assert!(written.contains("view_count") && !written.contains("scan_at_start"));

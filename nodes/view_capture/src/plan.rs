@@ -15,7 +15,9 @@ pub enum PlanError {
         most: usize,
     },
     /// An angle that the wrist must not have.
-    #[error("an angle of {angle_rad} rad was asked for; the wrist may go from {min_rad} to {max_rad} rad")]
+    #[error(
+        "an angle of {angle_rad} rad was asked for; the wrist may go from {min_rad} to {max_rad} rad"
+    )]
     OutOfRange {
         /// Angle asked for, rad.
         angle_rad: f64,
@@ -143,7 +145,10 @@ mod tests {
         };
         assert_eq!(plan(&exact, 5).unwrap().len(), 5);
         for _ in 0..10_000 {
-            let (one, other) = (random.random_range(-7.0..7.0), random.random_range(-7.0..7.0));
+            let (one, other) = (
+                random.random_range(-7.0..7.0),
+                random.random_range(-7.0..7.0),
+            );
             let (min_rad, max_rad) = (f64::min(one, other), f64::max(one, other));
             let parameters = Parameters {
                 angle_min_rad: min_rad,

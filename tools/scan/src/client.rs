@@ -40,9 +40,9 @@ impl Client {
     /// There is none, or the program is asked to end.
     pub async fn connect(node: &Node) -> Result<Self> {
         let (sender, events) = mpsc::unbounded_channel();
-        let on_status = hand_on(&sender, Event::Status);
-        let on_feedback = hand_on(&sender, |message| Event::Feedback(Box::new(message)));
-        let on_result = hand_on(&sender, |message| Event::Result(Box::new(message)));
+        let on_status = hand_on(sender.clone(), Event::Status);
+        let on_feedback = hand_on(sender.clone(), |message| Event::Feedback(Box::new(message)));
+        let on_result = hand_on(sender, |message| Event::Result(Box::new(message)));
         let mut client = Self {
             node: node.clone(),
             goal_count: 0,
@@ -134,11 +134,7 @@ impl Client {
     }
 }
 
-fn hand_on<T>(
-    sender: &mpsc::UnboundedSender<Event>,
-    wrap: impl Fn(T) -> Event,
-) -> impl Fn(T) {
-    let sender = sender.clone();
+fn hand_on<T>(sender: mpsc::UnboundedSender<Event>, wrap: impl Fn(T) -> Event) -> impl Fn(T) {
     move |message| {
         // Fails only while the program ends.
         let _ = sender.send(wrap(message));

@@ -31,7 +31,9 @@ pub enum Send {
 #[derive(Debug, Error, PartialEq)]
 pub enum GoalError {
     /// The server's status is silent.
-    #[error("scan_server has been silent for {SILENCE_MAX:.0?}; its message is on the console that it runs on")]
+    #[error(
+        "scan_server has been silent for {SILENCE_MAX:.0?}; its message is on the console that it runs on"
+    )]
     Silent,
     /// It never named the goal.
     #[error("scan_server did not take the goal within {ANSWER_MAX:.0?}")]
@@ -254,7 +256,9 @@ mod tests {
         let cancels = [2.0, 2.5, 3.0].map(|now_s| (now_s, Send::Cancel));
         assert_eq!(sent[1..], cancels);
         assert_eq!(end, Some(GoalError::NotEnded));
-        let (_, end) = follow(Some(1.0), |_| Some(statuses(&[("mine", GoalStatus::RECALLING)])));
+        let (_, end) = follow(Some(1.0), |_| {
+            Some(statuses(&[("mine", GoalStatus::RECALLING)]))
+        });
         assert_eq!(end, Some(GoalError::Recalled));
     }
 

@@ -112,7 +112,8 @@ impl Topics for Publishers {
     }
 
     async fn until_nobody_listens(&self) -> String {
-        std::future::pending().await
+        self.result.until_unheard().await;
+        format!("nobody listens to {} any more", self.result.topic())
     }
 }
 

@@ -147,11 +147,7 @@ impl Capture {
         Ok(view)
     }
 
-    async fn shot_after(
-        &self,
-        moment: Time,
-        listening: &Listening,
-    ) -> anyhow::Result<Arc<Shot>> {
+    async fn shot_after(&self, moment: Time, listening: &Listening) -> anyhow::Result<Arc<Shot>> {
         let patience = Duration::from_secs_f64(self.parameters.now().frame_deadline_s);
         let mut shots = listening.shots.clone();
         let newer = |shot: &Option<Arc<Shot>>| {

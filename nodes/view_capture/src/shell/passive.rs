@@ -4,8 +4,8 @@ use super::clouds::Shot;
 use super::view::{timing, view_of};
 use msg::deformable_cobot::View;
 use msg::sensor_msgs::{JointState, PointCloud2};
-use msg::{robot, stamp};
 use msg::view::{failed, new_scan_id};
+use msg::{robot, stamp};
 use node::{Clock, Expect, Latch, Node, Publisher, Transforms, Tuned};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
@@ -168,7 +168,10 @@ impl Scans {
 
     /// Ends the scan under way, or one that ends before its first view.
     fn fail(&mut self, error: &str) {
-        let id = self.unfinished.take().map_or_else(new_scan_id, |scan| scan.id);
+        let id = self
+            .unfinished
+            .take()
+            .map_or_else(new_scan_id, |scan| scan.id);
         log::error!("scan {id}: {error}");
         let error = format!("view_capture: {error}");
         self.views.send(failed(&id, error, self.clock.now()));

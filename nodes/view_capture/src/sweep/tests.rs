@@ -183,7 +183,11 @@ fn a_cloud_counts_only_if_the_wrist_was_still_at_rest() {
     assert_eq!(rests.on_cloud(Duration::from_millis(610), 1), None);
     assert_eq!(rests.on_joint(sample(620, 0.5)), None);
     let late = rests.on_cloud(Duration::from_millis(600), 2);
-    assert_eq!(late.map(|view| view.cloud), Some(2), "of the rest, though it comes late");
+    assert_eq!(
+        late.map(|view| view.cloud),
+        Some(2),
+        "of the rest, though it comes late"
+    );
 }
 
 #[test]
@@ -197,7 +201,10 @@ fn a_reset_does_not_mix_two_scans() {
         .into_iter()
         .for_each(|angle_rad| player.go(angle_rad, 600));
     // The rest at 0.0 that lasts counts again: nothing is known of the time before the jump.
-    assert_eq!(player.tenths(), [vec![-6, 0], vec![0, 6], vec![6, -6], vec![-6, 0, 6]]);
+    assert_eq!(
+        player.tenths(),
+        [vec![-6, 0], vec![0, 6], vec![6, -6], vec![-6, 0, 6]]
+    );
 }
 
 #[test]
