@@ -217,3 +217,18 @@ def test_a_goal_that_comes_again_is_the_same_and_its_lost_result_comes_again(sim
     goals.publish(goal)
     again = results.next(timeout_s=5)
     assert first.status.status == first.status.SUCCEEDED and first.result == again.result
+
+
+def test_a_scan_at_the_start_moves_no_arm_unless_told_so_twice(sim):
+    import rospy
+    from diagnostic_msgs.msg import DiagnosticArray
+    diagnostics, wrist = Listener('/diagnostics', DiagnosticArray), W2()
+    commands = Listener('/robot/limb/left/joint_command')
+    rospy.set_param('/scan_server/scan_at_start', True)
+    sim.core.kill('scan_server')
+    told = diagnostics.next(timeout_s=30, accept=lambda array: 'scan_server: scan_at_start' in str(array.status))
+    assert 'scan_at_start_moves_arm' in str(told.status)
+    assert commands.all() == []
+    rospy.set_param('/scan_server/scan_at_start_moves_arm', True)
+    sim.core.kill('scan_server')
+    wrist.wait_for_motion()

@@ -102,7 +102,7 @@ impl<S: Stages> Scanner<S> {
         let scan_id = new_scan_id();
         log::info!("scan {scan_id}: {} views", angles_rad.len());
         self.progress.begin(&scan_id, angles_rad.len() as u32);
-        let result = self.from_views_to_label(&scan_id, &angles_rad, life).await;
+        let result = self.views_to_label(&scan_id, &angles_rad, life).await;
         let since = self.progress.since();
         let (state, outcome) = match (&result, life.end()) {
             (Ok(_), _) => (State::Done, Outcome::Succeeded),
@@ -117,7 +117,7 @@ impl<S: Stages> Scanner<S> {
         Scanned { outcome, answer }
     }
 
-    async fn from_views_to_label(
+    async fn views_to_label(
         &self,
         scan_id: &str,
         angles_rad: &[f64],

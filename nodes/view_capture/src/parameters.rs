@@ -68,11 +68,11 @@ pub struct Parameters {
     /// Least turn from one view to the next, rad (passive mode).
     pub separation_rad: f64,
     #[serde(skip_serializing)]
-    answer_deadline_s: MovedToScanServer,
+    pub(crate) answer_deadline_s: MovedToScanServer,
     #[serde(skip_serializing)]
-    scan_at_start: MovedToScanServer,
+    pub(crate) scan_at_start: MovedToScanServer,
     #[serde(skip_serializing)]
-    stop_when_confident: MovedToScanServer,
+    pub(crate) stop_when_confident: MovedToScanServer,
 }
 
 impl Default for Parameters {

@@ -19,7 +19,11 @@ pub async fn serve(node: Node) -> anyhow::Result<()> {
     let parameters: Parameters = node.parameters(Parameters::validate)?;
     let graph = Graph::new(&node, &parameters)?;
     let scanner = Arc::new(Scanner::new(graph, parameters.clone()));
-    let _joints = node.subscribe("/robot/joint_states", Expect::OPTIONAL_STATE, {
+    let joint_states = Expect {
+        required: false,
+        ..Expect::SHARED_STATE
+    };
+    let _joints = node.subscribe("/robot/joint_states", joint_states, {
         let (scanner, joint) = (Arc::clone(&scanner), parameters.side.wrist_joint());
         move |state: JointState| {
             if let Some(sample) = robot::joint_sample(&state, joint) {

@@ -1,5 +1,6 @@
 //! What counts as a view and as a scan, and what does not.
 
+#![allow(clippy::unwrap_used)]
 use super::*;
 use crate::rests::{RestRules, Rests};
 use baxter::JointSample;
@@ -103,7 +104,7 @@ impl Player {
             if found.index == 0 {
                 scans.push(Vec::new());
             }
-            let scan = scans.last_mut().expect("a scan begins with view 0");
+            let scan = scans.last_mut().unwrap();
             assert_eq!(scan.len(), found.index);
             scan.push((found.view.angle_rad * 10.0).round() as i32);
         }
