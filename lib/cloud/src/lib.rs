@@ -36,15 +36,34 @@ impl Cloud {
     pub fn clean(points: impl IntoIterator<Item = Point3<f32>>) -> Self {
         let mut cloud = Self::default();
         for point in points {
-            if !is_finite(&point) {
-                cloud.dropped_non_finite += 1;
-            } else if point == Point3::origin() {
-                cloud.dropped_zero += 1;
-            } else {
-                cloud.points.push(point);
+            match Verdict::on(&point) {
+                Verdict::Measured => cloud.points.push(point),
+                Verdict::NonFinite => cloud.dropped_non_finite += 1,
+                Verdict::Zero => cloud.dropped_zero += 1,
             }
         }
         cloud
+    }
+}
+
+/// Whether a point was measured: the one rule of all readers.
+enum Verdict {
+    Measured,
+    /// A coordinate is NaN or infinite, as PCL writes where a camera saw nothing.
+    NonFinite,
+    /// It is exactly (0, 0, 0), as librealsense writes where a camera saw nothing.
+    Zero,
+}
+
+impl Verdict {
+    fn on(point: &Point3<f32>) -> Self {
+        if !is_finite(point) {
+            Self::NonFinite
+        } else if *point == Point3::origin() {
+            Self::Zero
+        } else {
+            Self::Measured
+        }
     }
 }
 

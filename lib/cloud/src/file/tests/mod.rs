@@ -254,3 +254,5 @@ fn other_refusals_name_the_file_too() {
         "{message}"
     );
 }
+
+mod people;
