@@ -5,7 +5,6 @@
 
 mod pcd;
 mod ply;
-pub(crate) mod text;
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -13,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::{Cloud, Verdict};
+use crate::text::Utf16;
+use crate::{Cloud, Dropped};
 
 /// What is wrong with a file, and what to do about it.
 #[derive(Debug, thiserror::Error)]
@@ -102,10 +102,8 @@ pub struct Surface {
     pub normals: Option<Vec<Vector3<f32>>>,
     /// Indices into `points`. Faces of more corners are cut into fans, those of fewer are left out.
     pub triangles: Vec<[u32; 3]>,
-    /// Points left out with a NaN or infinite coordinate.
-    pub dropped_non_finite: usize,
-    /// Points left out at exactly (0, 0, 0).
-    pub dropped_zero: usize,
+    /// Points left out.
+    pub dropped: Dropped,
 }
 
 /// What a file holds; the triangles name points that are there.
@@ -134,6 +132,12 @@ impl Raw {
     }
 }
 
+impl From<Utf16> for Fault {
+    fn from(error: Utf16) -> Self {
+        Self::malformed(error.to_string(), "save it as UTF-8")
+    }
+}
+
 /// Reads all that counts of a file's bytes.
 type Parse = fn(&[u8]) -> Result<Raw, Fault>;
 
@@ -156,48 +160,66 @@ pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
 /// # Errors
 /// As of [`read`], and where a face names a point that is not there.
 pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
-    let (_, raw) = read_raw(path.as_ref())?;
-    Ok(Surface::measured(raw.points, raw.normals, raw.triangles))
+    let path = path.as_ref();
+    let (format, raw) = read_raw(path)?;
+    let fault = |vertex: Unmeasured| {
+        let fault = Fault::malformed(
+            vertex.to_string(),
+            "remove faces of vertices that are not finite",
+        );
+        name_fault(path, format, fault)
+    };
+    Surface::measured(raw.points, raw.normals, raw.triangles).map_err(fault)
+}
+
+/// A corner of a face that is no measurement.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("vertex {index} of a face is at {point}")]
+pub struct Unmeasured {
+    /// Counted from 0.
+    pub index: usize,
+    /// As in the file.
+    pub point: Point3<f32>,
 }
 
 impl Surface {
-    /// Leaves out points that are no measurements, by the rules of [`read_surface`]. Triangles must name points that are
-    /// there, and normals be as many as points.
+    /// Leaves out points that are no measurements, by the rules of [`read_surface`].
+    ///
+    /// # Errors
+    /// A triangle names a point that is not finite.
+    ///
+    /// # Panics
+    /// If a triangle names a point that is not there. Normals must be as many as points.
     pub fn measured(
         mut points: Vec<Point3<f32>>,
         mut normals: Option<Vec<Vector3<f32>>>,
         mut triangles: Vec<[u32; 3]>,
-    ) -> Self {
+    ) -> Result<Self, Unmeasured> {
         let mut is_kept = vec![false; points.len()];
-        for &corner in triangles.iter().flatten() {
-            is_kept[corner as usize] = true;
-        }
-        let (mut dropped_non_finite, mut dropped_zero) = (0, 0);
-        for (point, is_kept) in points
-            .iter()
-            .zip(&mut is_kept)
-            .filter(|(_, is_kept)| !**is_kept)
-        {
-            match Verdict::on(point) {
-                Verdict::Measured => *is_kept = true,
-                Verdict::NonFinite => dropped_non_finite += 1,
-                Verdict::Zero => dropped_zero += 1,
+        for index in triangles.iter().flatten().map(|&corner| corner as usize) {
+            is_kept[index] = true;
+            if !crate::is_finite(&points[index]) {
+                let point = points[index];
+                return Err(Unmeasured { index, point });
             }
         }
-        if dropped_non_finite + dropped_zero > 0 {
+        let mut dropped = Dropped::default();
+        for (point, is_kept) in points.iter().zip(&mut is_kept) {
+            *is_kept = *is_kept || dropped.is_measured(point);
+        }
+        if dropped.count() > 0 {
             renumber(&mut triangles, &is_kept);
             keep(&mut points, &is_kept);
             if let Some(normals) = &mut normals {
                 keep(normals, &is_kept);
             }
         }
-        Self {
+        Ok(Self {
             points,
             normals,
             triangles,
-            dropped_non_finite,
-            dropped_zero,
-        }
+            dropped,
+        })
     }
 }
 

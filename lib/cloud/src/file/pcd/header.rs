@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 use super::super::Fault;
-use super::super::text::{Lines, without_mark, words};
+use crate::text::{Lines, without_mark, words};
 
 /// A column, or several of one name.
 #[derive(Debug, Clone, PartialEq, Eq)]

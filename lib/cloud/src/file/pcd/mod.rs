@@ -10,8 +10,8 @@ use pcd_rs::{
     WriterInit,
 };
 
-use super::text::{self, Tokens};
 use super::{Fault, Raw, one_line};
+use crate::text::{self, Tokens};
 use header::{Data, EXPORT, Header};
 
 /// The points of a whole PCD file, in its order, and their normals where it has them.

@@ -1,7 +1,7 @@
 //! The header of a PLY file.
 
 use super::super::Fault;
-use super::super::text::{Lines, without_mark, words};
+use crate::text::{Lines, without_mark, words};
 
 /// How the numbers are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

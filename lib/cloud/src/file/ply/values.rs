@@ -1,8 +1,8 @@
 //! The numbers behind the header of a PLY file, one after the other.
 
 use super::super::Fault;
-use super::super::text::{self, Tokens};
 use super::header::{Encoding, Kind};
+use crate::text::{self, Tokens};
 
 #[derive(Clone)]
 pub(super) enum Values<'a> {

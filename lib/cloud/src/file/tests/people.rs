@@ -153,7 +153,7 @@ fn numbers_are_read_as_programs_print_them() {
     ] {
         let cloud = read_bytes("view.ply", ply("", &ROWS.replace("-3", word)).as_bytes()).unwrap();
         assert_eq!(
-            (cloud.points.len(), cloud.dropped_non_finite),
+            (cloud.points.len(), cloud.dropped.non_finite),
             (1, 1),
             "{word}"
         );
@@ -211,10 +211,10 @@ fn an_organised_cloud_has_cells_without_a_measurement() {
     let file = padded_pcd(&cells, "_ rgb _", "0 1 9", 11);
     let cloud = read_bytes("view.pcd", &file).unwrap();
     assert_eq!(cloud.points, POINTS);
-    assert_eq!((cloud.dropped_non_finite, cloud.dropped_zero), (1, 1));
+    assert_eq!((cloud.dropped.non_finite, cloud.dropped.zero), (1, 1));
     let surface = read_surface(self::file("view.pcd", &file).path).unwrap();
     assert_eq!(surface.points, POINTS);
-    assert_eq!((surface.dropped_non_finite, surface.dropped_zero), (1, 1));
+    assert_eq!((surface.dropped.non_finite, surface.dropped.zero), (1, 1));
 }
 
 #[test]
@@ -284,7 +284,7 @@ fn a_mesh_keeps_the_origin_where_a_face_names_it() {
     let square = surface(face, "4.0 1 3 0 4 8 0 0 1 0 1 1 0 1\n");
     assert_eq!(square.points.len(), 4);
     assert_eq!(square.triangles, [[1, 2, 0], [1, 0, 3]]);
-    assert_eq!((square.dropped_non_finite, square.dropped_zero), (1, 1));
+    assert_eq!((square.dropped.non_finite, square.dropped.zero), (1, 1));
     let strip = "element tristrips 1\nproperty list int int vertex_indices\n";
     let strips = surface(strip, "8 1 3 4 0 -1 0 4 3\n");
     assert_eq!(strips.triangles, [[1, 2, 3], [3, 2, 0], [0, 3, 2]]);

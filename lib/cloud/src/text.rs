@@ -1,20 +1,24 @@
 //! What text formats share: byte order marks, lines, words and numbers, as they stand in the files that people have.
 
-use super::Fault;
+/// A text that is not in ASCII or UTF-8.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("it is in UTF-16")]
+pub struct Utf16;
 
 /// Leaves out UTF-8's byte order mark, which Windows editors put before the first line.
 ///
 /// # Errors
-/// The text is in UTF-16.
-pub(crate) fn without_mark(bytes: &[u8]) -> Result<&[u8], Fault> {
+/// [`Utf16`] where the mark is that of UTF-16.
+pub fn without_mark(bytes: &[u8]) -> Result<&[u8], Utf16> {
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Err(Fault::malformed("it is in UTF-16", "save it as UTF-8"));
+        return Err(Utf16);
     }
     Ok(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes))
 }
 
-/// The lines of a header, each without the white space around it, and what follows the last one taken.
-pub(crate) struct Lines<'a> {
+/// Lines, each without the white space around it, and what follows the last one taken.
+#[derive(Debug, Clone)]
+pub struct Lines<'a> {
     rest: &'a [u8],
     /// What ends a line: a line feed, of which a carriage return before it is no part; old Macs wrote that alone.
     end: u8,
@@ -22,8 +26,8 @@ pub(crate) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// All lines end like the first one.
-    pub(crate) fn new(bytes: &'a [u8]) -> Self {
+    /// Of bytes whose lines all end like the first one.
+    pub fn new(bytes: &'a [u8]) -> Self {
         let ends = |window: &&[u8]| window[0] == b'\n' || window[0] == b'\r';
         let first = bytes.windows(2).find(ends);
         let end = match first {
@@ -38,12 +42,12 @@ impl<'a> Lines<'a> {
     }
 
     /// How many lines have been taken: the number of the last one, counted from 1.
-    pub(crate) fn taken(&self) -> usize {
+    pub fn taken(&self) -> usize {
         self.taken
     }
 
     /// What follows the last line taken.
-    pub(crate) fn rest(&self) -> &'a [u8] {
+    pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
 }
@@ -66,8 +70,8 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The words of a header's line. What is no UTF-8 stands in no word that counts.
-pub(crate) fn words(line: &[u8]) -> Vec<String> {
+/// The words of a line. A word that counts is in UTF-8; others need not be.
+pub fn words(line: &[u8]) -> Vec<String> {
     let words = line.split(u8::is_ascii_whitespace);
     words
         .filter(|word| !word.is_empty())
@@ -75,14 +79,15 @@ pub(crate) fn words(line: &[u8]) -> Vec<String> {
         .collect()
 }
 
-/// Numbers between white space, wherever the lines end.
-#[derive(Clone)]
-pub(crate) struct Tokens<'a> {
+/// Words between white space, wherever the lines end.
+#[derive(Debug, Clone)]
+pub struct Tokens<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Tokens<'a> {
-    pub(crate) fn new(text: &'a [u8]) -> Self {
+    /// Of a whole text.
+    pub fn new(text: &'a [u8]) -> Self {
         Self { rest: text }
     }
 }
@@ -109,7 +114,7 @@ impl<'a> Iterator for Tokens<'a> {
 ///
 /// # Errors
 /// It is something else; the text says what.
-pub(crate) fn number(token: &[u8]) -> Result<f32, String> {
+pub fn number(token: &[u8]) -> Result<f32, String> {
     let text = String::from_utf8_lossy(token);
     if let Ok(number) = text.parse() {
         return Ok(number);
@@ -138,7 +143,7 @@ pub(crate) fn number(token: &[u8]) -> Result<f32, String> {
 ///
 /// # Errors
 /// As of [`number`], or there is a fraction.
-pub(crate) fn whole(token: &[u8]) -> Result<i64, String> {
+pub fn whole(token: &[u8]) -> Result<i64, String> {
     let text = String::from_utf8_lossy(token);
     if let Ok(whole) = text.parse() {
         return Ok(whole);
