@@ -60,7 +60,8 @@ fn spoilt_files_give_a_scan_or_an_error() {
     let seed = 20_261_127;
     println!("seed {seed}");
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let folder = TempDir::new().unwrap();
+    // In memory: a disk would take most of the time.
+    let folder = TempDir::new_in("/dev/shm").unwrap();
     for (name, files) in [("a.ply", PLY), ("a.pcd", PCD), ("a.obj", OBJ)] {
         // If it ends the process, the input is still there.
         let path = folder.path().join(name);

@@ -292,6 +292,12 @@ impl Node {
         rosrust::name()
     }
 
+    /// A topic's or service's name with its namespace, as it is remapped; as it is given where it is none.
+    pub fn resolved(&self, name: &str) -> String {
+        let parameter = rosrust::param(name);
+        parameter.map_or_else(|| name.to_owned(), |parameter| parameter.name().to_owned())
+    }
+
     /// Names of the nodes that publish on `topic` (with its namespace), as the master has them.
     pub fn publishers_of(&self, topic: &str) -> anyhow::Result<Vec<String>> {
         environment::check_master().context("no word from the ROS master")?;

@@ -25,7 +25,7 @@ use mesh::file::Scan;
 
 pub use check::{Defect, check};
 pub use clean::Mended;
-pub use report::{FromPoints, Report, Seconds};
+pub use report::{FromPoints, NormalSource, Report, Seconds};
 pub use settings::Settings;
 
 /// Why a scan does not become a mesh, and what to do about it.

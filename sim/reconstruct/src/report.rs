@@ -15,8 +15,8 @@ pub struct FromPoints {
     pub points: usize,
     /// Side of the voxels that thinned them; `None` where there were no more than wanted.
     pub voxel_m: Option<f32>,
-    /// Whether the normals were found here, not in the file.
-    pub normals_estimated: bool,
+    /// Where the normals come from.
+    pub normals: NormalSource,
     /// Mean distance of those points.
     pub spacing_m: f64,
     /// Side of the finest cells.
@@ -28,6 +28,36 @@ pub struct FromPoints {
     /// Times of the parts, in seconds. Not part of what the same scan gives again.
     #[serde(skip)]
     pub seconds: Seconds,
+}
+
+/// Where the normals of a cloud come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NormalSource {
+    /// The file.
+    Given,
+    /// The file, where all look inward; they were turned over.
+    GivenInward,
+    /// The points: the file has none.
+    Estimated,
+    /// The points: those of the file look to either side, as a plane fit leaves them.
+    EstimatedForSides,
+    /// The points: those of the file do not stand on the surface.
+    EstimatedForAskew,
+}
+
+impl fmt::Display for NormalSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Given => "given",
+            Self::GivenInward => "given inward and turned over",
+            Self::Estimated => "estimated",
+            Self::EstimatedForSides => "estimated anew, since the given ones look to either side",
+            Self::EstimatedForAskew => {
+                "estimated anew, since the given ones do not stand on the surface"
+            }
+        })
+    }
 }
 
 /// Where the time went.
@@ -108,14 +138,10 @@ impl fmt::Display for Report {
                     voxel_m * 1000.0
                 )?;
             }
-            let normals = if from.normals_estimated {
-                "estimated"
-            } else {
-                "given"
-            };
             write!(
                 f,
-                ", normals {normals}, Poisson to cells of {:.2} mm",
+                ", normals {}, Poisson to cells of {:.2} mm",
+                from.normals,
                 from.cell_m * 1000.0
             )?;
         } else {

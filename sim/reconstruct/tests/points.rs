@@ -7,7 +7,7 @@ use common::{ball, distances, rms_and_max, scan_of, without_normals};
 use mesh::Mesh;
 use mesh::file::{self, Scan};
 use sim_objects::{ObjectClass, Variation};
-use sim_reconstruct::{Report, Settings, check, mesh_from_scan};
+use sim_reconstruct::{NormalSource, Report, Settings, check, mesh_from_scan};
 
 const RADIUS_M: f32 = 0.032;
 const NOISE_M: f32 = 0.0001;
@@ -68,7 +68,10 @@ fn a_noisy_ball_comes_back_with_and_without_normals() {
         let (mesh, report) = reconstruct(&scan);
         assert_is_the_ball(&mesh);
         let from = report.from_points.unwrap();
-        assert_eq!(from.normals_estimated, scan.normals.is_none());
+        assert_eq!(
+            from.normals == NormalSource::Estimated,
+            scan.normals.is_none()
+        );
         let share = from.points as f64 / 10_000.0;
         assert!(
             (share - 1.0).abs() <= 0.03,
