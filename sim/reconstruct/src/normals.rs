@@ -46,7 +46,6 @@ pub(crate) fn outward(
         return (estimate(points, neighbours), NormalSource::Estimated);
     };
     let judgement = judge(points, &given, neighbours);
-    }
     if judgement.along_planes < ALONG_PLANES_MIN {
         (
             estimate(points, neighbours),

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use mesh::Mesh;
+use mesh::file::Scan;
 use serde::Serialize;
 
 use crate::clean::Mended;
@@ -78,6 +79,8 @@ pub struct Report {
     pub scan_points: usize,
     /// Triangles of the scan; 0 for a cloud.
     pub scan_triangles: usize,
+    /// Points of the file that were no measurements: not finite, or at (0, 0, 0).
+    pub dropped_points: usize,
     /// How a cloud became a surface; `None` for a mesh.
     pub from_points: Option<FromPoints>,
     /// What was mended, by kind.
@@ -95,15 +98,16 @@ pub struct Report {
 
 impl Report {
     pub(crate) fn new(
-        scan: [usize; 2],
+        scan: &Scan,
         from_points: Option<FromPoints>,
         mended: Mended,
         mesh: &Mesh,
     ) -> Self {
         let loops = boundary_loops(mesh);
         Self {
-            scan_points: scan[0],
-            scan_triangles: scan[1],
+            scan_points: scan.points_m.len(),
+            scan_triangles: scan.triangles.len(),
+            dropped_points: scan.dropped.count(),
             from_points,
             mended,
             vertices: mesh.vertices.len(),
@@ -113,6 +117,29 @@ impl Report {
         }
     }
 }
+
+impl Report {
+    /// What no object has that a gripper holds: a can or cup has no handle and may be open at both ends, a mug has one handle.
+    /// Such a mesh was made of normals or points that say nothing. `None` where all is well.
+    pub fn doubt(&self) -> Option<String> {
+        let handles = (self.handles > HANDLES_MAX).then(|| format!("{} handles", self.handles));
+        let open = (self.boundary_loops > OPEN_MAX)
+            .then(|| format!("{} open places", self.boundary_loops));
+        let found: Vec<String> = handles.into_iter().chain(open).collect();
+        (!found.is_empty()).then(|| found.join(" and "))
+    }
+
+    /// Whether it is more than a doubt: a surface of points that has so many is rubbish.
+    pub(crate) fn is_tangled(&self) -> bool {
+        self.from_points.is_some() && (self.handles > TANGLED || self.boundary_loops > TANGLED)
+    }
+}
+
+const HANDLES_MAX: usize = 2;
+const OPEN_MAX: usize = 4;
+/// Handles or open places from which on a surface of points is no object's. Thin walls that grow together in places have
+/// some ten, normals without a common side hundreds.
+const TANGLED: usize = 50;
 
 /// By Euler's formula, for a mesh of one component.
 fn handles(mesh: &Mesh, boundary_loops: usize) -> usize {
@@ -130,6 +157,9 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(from) = &self.from_points {
             write!(f, "{} points", self.scan_points)?;
+            if self.dropped_points > 0 {
+                write!(f, " ({} more were no measurements)", self.dropped_points)?;
+            }
             if let Some(voxel_m) = from.voxel_m {
                 write!(
                     f,
@@ -155,9 +185,13 @@ impl fmt::Display for Report {
             0 => "closed".to_owned(),
             count => format!("open at {count} places"),
         };
+        let handles = match self.handles {
+            0 => String::new(),
+            count => format!(", {count} handles"),
+        };
         writeln!(
             f,
-            " → {} vertices, {} triangles, {open}",
+            " → {} vertices, {} triangles, {open}{handles}",
             self.vertices, self.triangles
         )?;
         write!(f, "\nmended: {}", self.mended)
