@@ -10,11 +10,12 @@ pub mod normals;
 pub mod outliers;
 pub mod sample;
 mod sphere;
+pub mod text;
 pub mod voxel;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-pub use file::{FileError, Surface, read, read_surface, write_pcd, write_ply};
+pub use file::{FileError, Surface, Unmeasured, read, read_surface, write_pcd, write_ply};
 pub use neighbours::Tree;
 pub use sample::{SampleError, farthest_points};
 pub use sphere::{Sphere, sphere};
@@ -25,26 +26,43 @@ pub use voxel::VoxelError;
 pub struct Cloud {
     /// Finite points other than the origin, in the order of the source.
     pub points: Vec<Point3<f32>>,
-    /// Points with a NaN or infinite coordinate.
-    pub dropped_non_finite: usize,
-    /// Points at exactly (0, 0, 0), which depth cameras write where they saw nothing.
-    pub dropped_zero: usize,
+    /// The others.
+    pub dropped: Dropped,
+}
+
+/// How many points were no measurements.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Points with a NaN or infinite coordinate, as PCL writes where a camera saw nothing.
+    pub non_finite: usize,
+    /// Points at exactly (0, 0, 0), as librealsense writes where a camera saw nothing.
+    pub zero: usize,
+}
+
+impl Dropped {
+    /// Whether a point is a measurement: the one rule of all readers. It is counted if not.
+    fn is_measured(&mut self, point: &Point3<f32>) -> bool {
+        let is_zero = *point == Point3::origin();
+        self.non_finite += usize::from(!is_finite(point));
+        self.zero += usize::from(is_zero);
+        is_finite(point) && !is_zero
+    }
+
+    /// All of them.
+    pub fn count(&self) -> usize {
+        self.non_finite + self.zero
+    }
 }
 
 impl Cloud {
     /// Sorts out points that are not finite or exactly (0, 0, 0).
     pub fn clean(points: impl IntoIterator<Item = Point3<f32>>) -> Self {
-        let mut cloud = Self::default();
-        for point in points {
-            if !is_finite(&point) {
-                cloud.dropped_non_finite += 1;
-            } else if point == Point3::origin() {
-                cloud.dropped_zero += 1;
-            } else {
-                cloud.points.push(point);
-            }
-        }
-        cloud
+        let mut dropped = Dropped::default();
+        let points = points
+            .into_iter()
+            .filter(|point| dropped.is_measured(point))
+            .collect();
+        Self { points, dropped }
     }
 }
 
@@ -125,7 +143,13 @@ mod tests {
             Point3::new(0.0, f32::INFINITY, 0.0),
         ]);
         assert_eq!(cloud.points, [Point3::new(1.0, 2.0, 3.0)]);
-        assert_eq!((cloud.dropped_non_finite, cloud.dropped_zero), (2, 1));
+        assert_eq!(
+            cloud.dropped,
+            Dropped {
+                non_finite: 2,
+                zero: 1
+            }
+        );
     }
 
     #[test]

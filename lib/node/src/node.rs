@@ -220,6 +220,11 @@ impl Node {
         names::own().into()
     }
 
+    /// A topic's or service's name with its namespace, as it is remapped; as it is given where it is none.
+    pub fn resolved(&self, name: &str) -> String {
+        names::resolve(name).unwrap_or_else(|_| name.to_owned())
+    }
+
     /// Names of the nodes that publish on `topic` (with its namespace), as the master has them; waits for its answer.
     ///
     /// # Errors

@@ -9,7 +9,8 @@ pub struct DepthImage<'a> {
     pub height: u32,
     /// Bytes from one row to the next.
     pub step: u32,
-    /// `16UC1` (mm, 0 invalid) or `32FC1` (m, not finite or not positive invalid).
+    /// `16UC1`, which some drivers and bridges call `mono16` (mm, 0 invalid), or `32FC1` (m, not finite or not positive
+    /// invalid).
     pub encoding: &'a str,
     /// Whether the high byte comes first.
     pub is_bigendian: bool,
@@ -22,7 +23,7 @@ pub struct DepthImage<'a> {
 pub enum ImageError {
     /// Another kind of picture.
     #[error(
-        "the depth image has encoding {encoding:?}; only 16UC1 (mm) and 32FC1 (m) hold depths: \
+        "the depth image has encoding {encoding:?}; only 16UC1 or mono16 (mm) and 32FC1 (m) hold depths: \
          connect the camera's depth topic"
     )]
     Encoding {
@@ -131,7 +132,7 @@ impl DepthImage<'_> {
         } = self;
         let encoding = self.encoding.to_owned();
         let pixel_size: usize = match self.encoding {
-            "16UC1" => 2,
+            "16UC1" | "mono16" => 2,
             "32FC1" => 4,
             _ => return Err(ImageError::Encoding { encoding }),
         };

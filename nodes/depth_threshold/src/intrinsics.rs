@@ -1,5 +1,24 @@
 //! What a camera_info message says about the lens.
 
+/// What counts of a sensor_msgs/CameraInfo, borrowed (REP 104 and the message's own comments).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration<'a> {
+    /// Columns of the image that was calibrated.
+    pub width: u32,
+    /// Rows of that image.
+    pub height: u32,
+    /// Distortion of the image before rectification; empty or zeros for none.
+    pub d: &'a [f64],
+    /// Of the image before rectification, 3 × 3, row by row.
+    pub k: &'a [f64; 9],
+    /// Of the rectified image, 3 × 4, row by row; zeros where nobody said.
+    pub p: &'a [f64; 12],
+    /// How many columns and rows of the sensor became one; 0 is 1.
+    pub binning: [u32; 2],
+    /// First column and row, and columns and rows, that the image shows, before binning; zeros for all.
+    pub region: [u32; 4],
+}
+
 /// A camera without distortion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intrinsics {
@@ -25,9 +44,9 @@ pub enum IntrinsicsError {
         "camera_info has focal lengths fx = {fx}, fy = {fy}; both must be positive: is the camera calibrated?"
     )]
     FocalLength {
-        /// `K[0]`.
+        /// Along x, pixels.
         fx: f64,
-        /// `K[4]`.
+        /// Along y, pixels.
         fy: f64,
     },
     /// No camera looks beside its own image.
@@ -35,9 +54,9 @@ pub enum IntrinsicsError {
         "camera_info has its optical axis at ({cx}, {cy}), outside its image of {width}×{height}"
     )]
     Centre {
-        /// `K[2]`.
+        /// Its column.
         cx: f64,
-        /// `K[5]`.
+        /// Its row.
         cy: f64,
         /// Columns of the image.
         width: u32,
@@ -46,24 +65,75 @@ pub enum IntrinsicsError {
     },
     /// Nothing else has a meaning here.
     #[error(
-        "camera_info's K {k:?} is not [fx 0 cx 0 fy cy 0 0 1]; take that of the rectified image"
+        "camera_info's {name} {matrix:?} is not [fx 0 cx, 0 fy cy, 0 0 1]; take that of the rectified image"
     )]
     Form {
+        /// K or P.
+        name: &'static str,
         /// Row by row.
-        k: [f64; 9],
+        matrix: Vec<f64>,
+    },
+    /// Pixels of such an image are not where the matrix says.
+    #[error(
+        "camera_info has distortion {d:?}, and the image on {topic} is not rectified; connect a rectified depth image, like \
+         camera/depth/image_rect_raw, or rectify it (rosrun image_proc image_proc)"
+    )]
+    Distorted {
+        /// As in the message.
+        d: Vec<f64>,
+        /// Where the image came from.
+        topic: String,
+    },
+    /// Only P describes a rectified image.
+    #[error(
+        "camera_info has distortion {d:?} and no P, which describes the rectified image on {topic}; publish it, or calibrate \
+         the camera (rosrun camera_calibration cameracalibrator.py)"
+    )]
+    NoProjection {
+        /// As in the message.
+        d: Vec<f64>,
+        /// Where the image came from.
+        topic: String,
     },
 }
 
-impl Intrinsics {
-    /// Checks the matrix `k` (row by row, as in camera_info) of an image of this size.
-    pub fn from_k(k: &[f64; 9], width: u32, height: u32) -> Result<Self, IntrinsicsError> {
-        let &[fx, skew, cx, zero_a, fy, cy, zero_b, zero_c, one] = k;
+impl Calibration<'_> {
+    /// The lens of images on `topic`, whose name says whether they are rectified (`image_rect`, `image_rect_raw`): P
+    /// describes those, K and D the others.
+    ///
+    /// # Errors
+    /// [`IntrinsicsError`] where the matrix is none, or the image is distorted.
+    pub fn intrinsics(&self, topic: &str) -> Result<Intrinsics, IntrinsicsError> {
+        let mut words = topic.rsplit('/').next().unwrap_or_default().split('_');
+        let is_rectified = words.any(|word| ["rect", "rectified"].contains(&word));
+        let is_distorted = self.d.iter().any(|&part| part != 0.0);
+        let (d, topic) = (self.d.to_vec(), topic.to_owned());
+        let [p0, p1, p2, _, p4, p5, p6, _, p8, p9, p10, _] = *self.p;
+        if is_distorted && !is_rectified {
+            Err(IntrinsicsError::Distorted { d, topic })
+        } else if is_rectified && p0 != 0.0 {
+            self.of_matrix("P", [p0, p1, p2, p4, p5, p6, p8, p9, p10])
+        } else if is_distorted {
+            Err(IntrinsicsError::NoProjection { d, topic })
+        } else {
+            self.of_matrix("K", *self.k)
+        }
+    }
+
+    fn of_matrix(
+        &self,
+        name: &'static str,
+        matrix: [f64; 9],
+    ) -> Result<Intrinsics, IntrinsicsError> {
+        let [fx, skew, cx, zero_a, fy, cy, zero_b, zero_c, one] = matrix;
         if !(fx.is_finite() && fy.is_finite() && fx > 0.0 && fy > 0.0) {
             return Err(IntrinsicsError::FocalLength { fx, fy });
         }
         if [skew, zero_a, zero_b, zero_c] != [0.0; 4] || one != 1.0 {
-            return Err(IntrinsicsError::Form { k: *k });
+            let matrix = matrix.to_vec();
+            return Err(IntrinsicsError::Form { name, matrix });
         }
+        let (width, height) = (self.width, self.height);
         let inside =
             (0.0..=f64::from(width)).contains(&cx) && (0.0..=f64::from(height)).contains(&cy);
         if !inside {
@@ -74,14 +144,35 @@ impl Intrinsics {
                 height,
             });
         }
-        Ok(Self {
+        let whole = Intrinsics {
             fx,
             fy,
             cx,
             cy,
             width,
             height,
-        })
+        };
+        Ok(whole.shown(self.region, self.binning))
+    }
+}
+
+impl Intrinsics {
+    /// Those of a region of the image, and of the binned image (`image_geometry::PinholeCameraModel`).
+    fn shown(self, region: [u32; 4], binning: [u32; 2]) -> Self {
+        let [x, y, width, height] = match region {
+            [_, _, 0, _] | [_, _, _, 0] => [0, 0, self.width, self.height],
+            region => region,
+        };
+        let [bin_x, bin_y] = binning.map(|bin| bin.max(1));
+        let along = |value: f64, bin: u32| value / f64::from(bin);
+        Self {
+            fx: along(self.fx, bin_x),
+            fy: along(self.fy, bin_y),
+            cx: along(self.cx - f64::from(x), bin_x),
+            cy: along(self.cy - f64::from(y), bin_y),
+            width: width / bin_x,
+            height: height / bin_y,
+        }
     }
 
     /// Those of an image decimated by `factor`: librealsense divides all four, without a shift by half a pixel.

@@ -3,16 +3,19 @@
 //! Three steps, each of which can be switched off: decimation as librealsense does it, removal of flying pixels at
 //! depth edges, and the threshold min ≤ z ≤ max. The paper's reference uses 0.25 to 0.70 m.
 
+mod compressed;
 mod decimation;
 mod image;
 mod intrinsics;
+mod rvl;
 
 use nalgebra::Point3;
 use parameter::{ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 
+pub use compressed::{CompressedError, Unpacked};
 pub use image::{DepthImage, ImageError};
-pub use intrinsics::{Intrinsics, IntrinsicsError};
+pub use intrinsics::{Calibration, Intrinsics, IntrinsicsError};
 
 use image::Depths;
 
@@ -77,7 +80,7 @@ pub enum ThresholdError {
     /// They belong to different streams.
     #[error(
         "the depth image is {image_width}×{image_height} but its camera_info is for {info_width}×{info_height}; \
-         connect the camera_info that belongs to the image"
+         connect the camera_info that belongs to the image (a decimated stream has one of its own)"
     )]
     SizesDiffer {
         /// Columns of the image.

@@ -3,11 +3,13 @@
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use depth_threshold::{DepthImage, Intrinsics, Parameters, Thresholder};
-use msg::sensor_msgs::{CameraInfo, Image, PointCloud2};
+use camera::{Camera, Picture};
+use depth_threshold::{Calibration, Parameters, Thresholder};
+use msg::sensor_msgs::{CameraInfo, PointCloud2};
 use node::{Expect, Health, Latch, Level, Node};
 
-const IMAGE_TOPIC: &str = "camera/depth/image_rect_raw";
+mod camera;
+
 const INFO_TOPIC: &str = "camera/depth/camera_info";
 
 fn main() -> ExitCode {
@@ -27,7 +29,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         }
     })?;
     let stage = Mutex::new((thresholder, Reporter::new(node.health())));
-    let _images = node.subscribe(IMAGE_TOPIC, Expect::STATE, move |image: Image| {
+    let camera = Camera::new(&node, move |topic, picture| {
         if !points.is_subscribed() {
             return;
         }
@@ -38,7 +40,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         let mut stage = stage.lock().unwrap_or_else(PoisonError::into_inner);
         let (thresholder, reporter) = &mut *stage;
         let cloud = tune(thresholder, &tuned.now())
-            .and_then(|()| threshold(thresholder, image, info.as_ref()));
+            .and_then(|()| threshold(thresholder, topic, picture, info.as_ref()));
         match cloud {
             Ok(cloud) => {
                 reporter.well();
@@ -46,9 +48,11 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             }
             Err(error) => reporter.ill(&format!("{error:#}")),
         }
-    })?;
-    node.until_shutdown().await;
-    Ok(())
+    });
+    tokio::select! {
+        () = node.until_shutdown() => Ok(()),
+        error = camera.watch() => Err(error),
+    }
 }
 
 /// Works by the parameters in force.
@@ -61,23 +65,26 @@ fn tune(thresholder: &mut Thresholder, parameters: &Parameters) -> anyhow::Resul
 
 fn threshold(
     thresholder: &mut Thresholder,
-    image: Image,
+    topic: &str,
+    picture: Picture,
     info: Option<&CameraInfo>,
 ) -> anyhow::Result<PointCloud2> {
     let info = info.ok_or_else(|| {
         anyhow::anyhow!("no camera_info has come on {INFO_TOPIC}; does the camera publish it?")
     })?;
-    let intrinsics = Intrinsics::from_k(&info.K, info.width, info.height)?;
-    let view = DepthImage {
-        width: image.width,
-        height: image.height,
-        step: image.step,
-        encoding: &image.encoding,
-        is_bigendian: image.is_bigendian != 0,
-        data: &image.data,
+    let roi = &info.roi;
+    let calibration = Calibration {
+        width: info.width,
+        height: info.height,
+        d: &info.D,
+        k: &info.K,
+        p: &info.P,
+        binning: [info.binning_x, info.binning_y],
+        region: [roi.x_offset, roi.y_offset, roi.width, roi.height],
     };
-    let points = thresholder.points(&view, &intrinsics)?;
-    Ok(msg::cloud::from_points(image.header, &points))
+    let intrinsics = calibration.intrinsics(topic)?;
+    let points = picture.with_image(|image| thresholder.points(image, &intrinsics))??;
+    Ok(msg::cloud::from_points(picture.into_header(), &points))
 }
 
 /// Tells of trouble once, not thirty times a second.

@@ -39,8 +39,11 @@ impl World {
         width_m.map(f64::from)
     }
 
-    /// Moves the fingers.
+    /// Moves the fingers. Where the gripper says no number they stay: it does not know either.
     pub fn set_width(&mut self, width_m: f64) {
+        if !width_m.is_finite() {
+            return;
+        }
         let width_m = width_m as f32;
         let is_news = |old: f32| (old - width_m).abs() > WIDTH_CHANGE_MIN_M;
         if self.width_m.is_none_or(is_news) {
@@ -55,5 +58,21 @@ impl World {
 
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_does_not_stop_the_fingers_for_good() {
+        let mut world = World::new(HandKind::Electric, None);
+        for width_m in [0.05, f64::NAN, f64::INFINITY] {
+            world.set_width(width_m);
+            assert_eq!(world.width_m, Some(0.05));
+        }
+        world.set_width(0.07);
+        assert_eq!(world.width_m, Some(0.07));
     }
 }

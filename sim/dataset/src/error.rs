@@ -142,6 +142,18 @@ pub enum DatasetError {
         /// What happened.
         cause: Box<DatasetError>,
     },
+    /// The gripper can dent the object in no way that was tried.
+    #[error(
+        "none of {asked} meshes was made: {reason}; see the column note of {manifest}, and is the object's size right (--units)?"
+    )]
+    Nothing {
+        /// Meshes asked for.
+        asked: usize,
+        /// What the first of them met.
+        reason: String,
+        /// The table.
+        manifest: PathBuf,
+    },
     /// Asked to stop by a signal.
     #[error("stopped by a signal")]
     Stopped,
@@ -200,6 +212,14 @@ pub enum MergeError {
         part: PathBuf,
         /// What is missing.
         missing: String,
+    },
+    /// Something else stands where a mesh goes.
+    #[error(
+        "{file} is there already and is none of the parts' meshes: move it away, or use another --out"
+    )]
+    InTheWay {
+        /// The file.
+        file: PathBuf,
     },
     /// The destination is in use.
     #[error("{out} holds a dataset already: use another --out")]

@@ -81,6 +81,8 @@ impl Folder {
     /// # Errors
     /// The folder holds something else, another run is at work in it, or the file system refuses.
     pub fn open(&self, record: &str, shard: Option<Shard>) -> Result<Journal, DatasetError> {
+        // Before anything is made or removed in what may be another's.
+        self.refuse_foreign()?;
         fs::create_dir_all(&self.root).map_err(DatasetError::io("make", &self.root))?;
         let journal = Journal::open(&self.root.join(JOURNAL))?;
         if let Err(error) = self.claim(record, shard) {
@@ -95,16 +97,12 @@ impl Folder {
 
     /// Compares with the record that is there, or writes it.
     fn claim(&self, record: &str, shard: Option<Shard>) -> Result<(), DatasetError> {
-        sweep(&self.root)?;
         if self.record().exists() {
-            return self.compare(record, shard);
+            self.compare(record, shard)?;
+            return sweep(&self.root);
         }
-        if let Some(found) = self.foreign()? {
-            return Err(DatasetError::Foreign {
-                folder: self.root.clone(),
-                found,
-            });
-        }
+        self.refuse_foreign()?;
+        sweep(&self.root)?;
         let path = self.root.join(SHARD);
         if let Some(shard) = shard {
             write(&path, format!("shard: {shard}\n").as_bytes())?;
@@ -206,11 +204,21 @@ impl Folder {
         fs::remove_file(&path).map_err(DatasetError::io("remove", &path))
     }
 
-    /// Something that does not come from a run that was killed before it wrote its record.
-    fn foreign(&self) -> Result<Option<String>, DatasetError> {
-        let ours = |name: &str| name == JOURNAL || name == SHARD;
-        let found = list(&self.root)?.into_iter().find(|(name, _)| !ours(name));
-        Ok(found.map(|(name, _)| name))
+    /// Refuses a folder that holds something which does not come from a run that was killed before it wrote its record.
+    fn refuse_foreign(&self) -> Result<(), DatasetError> {
+        if self.record().exists() || !self.root.exists() {
+            return Ok(());
+        }
+        let ours = |name: &str| {
+            name == JOURNAL || name == SHARD || name.starts_with(whole_file::UNFINISHED)
+        };
+        match list(&self.root)?.into_iter().find(|(name, _)| !ours(name)) {
+            None => Ok(()),
+            Some((found, _)) => Err(DatasetError::Foreign {
+                folder: self.root.clone(),
+                found,
+            }),
+        }
     }
 
     /// Whether it is not there yet, or empty.

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::error::DatasetError;
 use crate::folder::Folder;
+use crate::manifest::Row;
 use crate::object::{Object, Source};
 use crate::order::{Order, Progress};
 use crate::plan::ObjectPlan;
@@ -21,7 +22,7 @@ use crate::summary::Summary;
 ///
 /// # Errors
 /// A source, a setting or the folder cannot be used; nothing is changed then. Or the work fails or is stopped; then all
-/// that is finished stays, and the same order goes on from there.
+/// that is finished stays, and the same order goes on from there. Or not one mesh could be made.
 pub fn generate(
     order: &Order,
     stop: &AtomicBool,
@@ -53,8 +54,22 @@ pub fn generate(
         cause: Box::new(cause),
     })?;
     let (rows, folder) = (run.in_order(&rows), run.folder());
+    refuse_nothing(&rows, folder)?;
+    let doubts = objects.iter().filter_map(Object::doubt).collect();
     let time = start.elapsed();
-    Ok(Summary::new(folder, &rows, plots, kept, time))
+    Ok(Summary::new(folder, &rows, doubts, plots, kept, time))
+}
+
+/// A dataset without a mesh is none, though all was tried.
+fn refuse_nothing(rows: &[Row], folder: &Folder) -> Result<(), DatasetError> {
+    match rows.first() {
+        Some(first) if !rows.iter().any(Row::has_mesh) => Err(DatasetError::Nothing {
+            asked: rows.len(),
+            reason: first.note.clone(),
+            manifest: folder.manifest(),
+        }),
+        _ => Ok(()),
+    }
 }
 
 fn threads(jobs: NonZeroUsize) -> Result<ThreadPool, DatasetError> {

@@ -67,15 +67,23 @@ pub fn merge(out: &Path, parts: &[PathBuf]) -> Result<Summary, DatasetError> {
     for (part, row, name) in meshes.iter().filter(|(_, row, _)| row.has_mesh()) {
         let folder = out.object(&row.object);
         fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
-        link(
-            &part.folder.object(&row.object).join(name),
-            &folder.join(name),
-        )?;
+        let to = folder.join(name);
+        link(&part.folder.object(&row.object).join(name), &to)?;
+        if !mesh_file::belongs(&to, row) {
+            return Err(MergeError::InTheWay { file: to }.into());
+        }
     }
     let rows: Vec<Row> = meshes.into_iter().map(|(_, row, _)| row.clone()).collect();
     let plots = plot::draw_all(&out, &rows)?;
     out.write_rows(&rows)?;
-    Ok(Summary::new(&out, &rows, plots, 0, start.elapsed()))
+    Ok(Summary::new(
+        &out,
+        &rows,
+        Vec::new(),
+        plots,
+        0,
+        start.elapsed(),
+    ))
 }
 
 fn read(root: &Path) -> Result<Part, DatasetError> {
@@ -201,7 +209,7 @@ fn in_order<'a>(
 fn link(from: &Path, to: &Path) -> Result<(), DatasetError> {
     match fs::hard_link(from, to) {
         Ok(()) => Ok(()),
-        // From the merge that was interrupted.
+        // From the merge that was interrupted, or another's, which the caller finds out.
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
         Err(_) => copy(from, to),
     }

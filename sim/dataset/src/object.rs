@@ -149,6 +149,17 @@ impl Object {
     }
 }
 
+impl Object {
+    /// What no graspable object is like, of the mesh that was made of a scan.
+    pub fn doubt(&self) -> Option<String> {
+        let found = self.mending.as_ref()?.doubt()?;
+        Some(format!(
+            "{} has {found}: look at its meshes before they are used",
+            self.name
+        ))
+    }
+}
+
 /// Of the vertices' and triangles' bytes: tells whether two machines made the same mesh of a scan.
 fn mesh_digest(mesh: &Mesh) -> String {
     let coordinates = mesh.vertices.iter().flat_map(|vertex| vertex.iter());

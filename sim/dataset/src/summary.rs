@@ -25,6 +25,8 @@ pub struct Summary {
     pub clamped: usize,
     /// Meshes that are not there, since the object could not be dented so.
     pub refused: usize,
+    /// What to look at before the meshes are used; empty where all is well.
+    pub warnings: Vec<String>,
     /// Rows of earlier runs.
     pub kept: usize,
     /// Rows of this run.
@@ -38,10 +40,11 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Counts what the rows say; `kept` of them are from earlier runs.
+    /// Counts what the rows say; `kept` of them are from earlier runs. `doubts` are about the objects' meshes.
     pub fn new(
         folder: &Folder,
         rows: &[Row],
+        doubts: Vec<String>,
         plots: Vec<PathBuf>,
         kept: usize,
         time: Duration,
@@ -50,6 +53,19 @@ impl Summary {
         let seconds = time.as_secs_f64();
         let refused = rows.iter().filter(|row| !row.has_mesh()).count();
         let lowered = rows.iter().filter(|row| row.applied_mm < row.asked_mm);
+        let clamped = lowered.count() - refused;
+        let mut warnings = doubts;
+        for (count, what) in [
+            (clamped, "dented less than asked"),
+            (refused, "not dented at all"),
+        ] {
+            if 2 * count > rows.len() {
+                warnings.push(format!(
+                    "most meshes ({count} of {}) were {what}",
+                    rows.len()
+                ));
+            }
+        }
         Self {
             out: folder.root().to_path_buf(),
             manifest: folder.manifest(),
@@ -58,8 +74,9 @@ impl Summary {
             meshes: rows.len() - refused,
             kept,
             made,
-            clamped: lowered.count() - refused,
+            clamped,
             refused,
+            warnings,
             seconds,
             meshes_per_second: made as f64 / seconds,
             peak_memory_mib: peak_memory_mib(),
@@ -72,11 +89,15 @@ impl Summary {
             0 => String::new(),
             kept => format!(", {kept} of earlier runs"),
         };
+        let warnings = self.warnings.iter();
+        let warnings: String = warnings
+            .map(|warning| format!("warning: {warning}\n"))
+            .collect();
         let memory = self.peak_memory_mib;
         let memory = memory.map_or(String::new(), |mib| format!("; {mib:.0} MiB at most"));
         format!(
             "{} meshes in {}: {} in {:.1} s ({:.1} a second){kept}{memory}\n\
-             {} were dented less than asked, {} not at all\n",
+             {} were dented less than asked, {} not at all\n{warnings}",
             self.meshes,
             self.out.display(),
             self.made,

@@ -24,7 +24,7 @@ use mesh::file::Scan;
 
 pub use check::{Defect, check};
 pub use clean::Mended;
-pub use report::{FromPoints, Report, Seconds};
+pub use report::{FromPoints, NormalSource, Report, Seconds};
 pub use settings::Settings;
 
 /// Why a scan does not become a mesh, and what to do about it.
@@ -85,6 +85,15 @@ pub enum ReconstructError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// A surface that no object has.
+    #[error(
+        "the scan's surface has {found}, which no object has: its points or normals are no surface's; leave the normals out, \
+         or scan again"
+    )]
+    Tangled {
+        /// What it has too many of.
+        found: String,
+    },
     /// The points are too far from the origin for their distances.
     #[error(transparent)]
     Voxel(#[from] cloud::VoxelError),
@@ -111,9 +120,11 @@ pub fn mesh_from_scan(
     };
     let (mesh, mended) = clean::clean(raw);
     check(&mesh)?;
-    let counts = [scan.points_m.len(), scan.triangles.len()];
-    let report = Report::new(counts, from_points, mended, &mesh);
-    Ok((mesh, report))
+    let report = Report::new(scan, from_points, mended, &mesh);
+    match report.doubt().filter(|_| report.is_tangled()) {
+        Some(found) => Err(ReconstructError::Tangled { found }),
+        None => Ok((mesh, report)),
+    }
 }
 
 /// A scan need not come from a file.

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use mesh::file::Scan;
 use mesh::{HalfEdges, Mesh, sides};
 use serde::Serialize;
 
@@ -14,8 +15,8 @@ pub struct FromPoints {
     pub points: usize,
     /// Side of the voxels that thinned them; `None` where there were no more than wanted.
     pub voxel_m: Option<f32>,
-    /// Whether the normals were found here, not in the file.
-    pub normals_estimated: bool,
+    /// Where the normals come from.
+    pub normals: NormalSource,
     /// Mean distance of those points.
     pub spacing_m: f64,
     /// Side of the finest cells.
@@ -27,6 +28,36 @@ pub struct FromPoints {
     /// Times of the parts, in seconds. Not part of what the same scan gives again.
     #[serde(skip)]
     pub seconds: Seconds,
+}
+
+/// Where the normals of a cloud come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NormalSource {
+    /// The file.
+    Given,
+    /// The file, where all look inward; they were turned over.
+    GivenInward,
+    /// The points: the file has none.
+    Estimated,
+    /// The points: those of the file look to either side, as a plane fit leaves them.
+    EstimatedForSides,
+    /// The points: those of the file do not stand on the surface.
+    EstimatedForAskew,
+}
+
+impl fmt::Display for NormalSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Given => "given",
+            Self::GivenInward => "given inward and turned over",
+            Self::Estimated => "estimated",
+            Self::EstimatedForSides => "estimated anew, since the given ones look to either side",
+            Self::EstimatedForAskew => {
+                "estimated anew, since the given ones do not stand on the surface"
+            }
+        })
+    }
 }
 
 /// Where the time went.
@@ -47,6 +78,8 @@ pub struct Report {
     pub scan_points: usize,
     /// Triangles of the scan; 0 for a cloud.
     pub scan_triangles: usize,
+    /// Points of the file that were no measurements: not finite, or at (0, 0, 0).
+    pub dropped_points: usize,
     /// How a cloud became a surface; `None` for a mesh.
     pub from_points: Option<FromPoints>,
     /// What was mended, by kind.
@@ -64,7 +97,7 @@ pub struct Report {
 
 impl Report {
     pub(crate) fn new(
-        scan: [usize; 2],
+        scan: &Scan,
         from_points: Option<FromPoints>,
         mended: Mended,
         mesh: &Mesh,
@@ -72,8 +105,9 @@ impl Report {
         let edges = mesh.half_edges();
         let loops = edges.boundary_loops();
         Self {
-            scan_points: scan[0],
-            scan_triangles: scan[1],
+            scan_points: scan.points_m.len(),
+            scan_triangles: scan.triangles.len(),
+            dropped_points: scan.dropped.count(),
             from_points,
             mended,
             vertices: mesh.vertices.len(),
@@ -83,6 +117,29 @@ impl Report {
         }
     }
 }
+
+impl Report {
+    /// What no object has that a gripper holds: a can or cup has no handle and may be open at both ends, a mug has one handle.
+    /// Such a mesh was made of normals or points that say nothing. `None` where all is well.
+    pub fn doubt(&self) -> Option<String> {
+        let handles = (self.handles > HANDLES_MAX).then(|| format!("{} handles", self.handles));
+        let open = (self.boundary_loops > OPEN_MAX)
+            .then(|| format!("{} open places", self.boundary_loops));
+        let found: Vec<String> = handles.into_iter().chain(open).collect();
+        (!found.is_empty()).then(|| found.join(" and "))
+    }
+
+    /// Whether it is more than a doubt: a surface of points that has so many is rubbish.
+    pub(crate) fn is_tangled(&self) -> bool {
+        self.from_points.is_some() && (self.handles > TANGLED || self.boundary_loops > TANGLED)
+    }
+}
+
+const HANDLES_MAX: usize = 2;
+const OPEN_MAX: usize = 4;
+/// Handles or open places from which on a surface of points is no object's. Thin walls that grow together in places have
+/// some ten, normals without a common side hundreds.
+const TANGLED: usize = 50;
 
 /// By Euler's formula, for a mesh of one component.
 fn handles(mesh: &Mesh, edges: &HalfEdges, boundary_loops: usize) -> usize {
@@ -99,6 +156,9 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(from) = &self.from_points {
             write!(f, "{} points", self.scan_points)?;
+            if self.dropped_points > 0 {
+                write!(f, " ({} more were no measurements)", self.dropped_points)?;
+            }
             if let Some(voxel_m) = from.voxel_m {
                 write!(
                     f,
@@ -107,14 +167,10 @@ impl fmt::Display for Report {
                     voxel_m * 1000.0
                 )?;
             }
-            let normals = if from.normals_estimated {
-                "estimated"
-            } else {
-                "given"
-            };
             write!(
                 f,
-                ", normals {normals}, Poisson to cells of {:.2} mm",
+                ", normals {}, Poisson to cells of {:.2} mm",
+                from.normals,
                 from.cell_m * 1000.0
             )?;
         } else {
@@ -128,9 +184,13 @@ impl fmt::Display for Report {
             0 => "closed".to_owned(),
             count => format!("open at {count} places"),
         };
+        let handles = match self.handles {
+            0 => String::new(),
+            count => format!(", {count} handles"),
+        };
         writeln!(
             f,
-            " → {} vertices, {} triangles, {open}",
+            " → {} vertices, {} triangles, {open}{handles}",
             self.vertices, self.triangles
         )?;
         write!(f, "\nmended: {}", self.mended)

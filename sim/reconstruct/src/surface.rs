@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::downsample::{self, Oriented};
 use crate::poisson::{Field, Sample, Surface};
-use crate::report::{FromPoints, Seconds};
+use crate::report::{FromPoints, NormalSource, Seconds};
 use crate::{ReconstructError, Settings, clean, normals, remesh, trim};
 
 /// Neighbours from whose distance a sample's area follows.
@@ -27,7 +27,7 @@ pub(crate) fn from_points(
     settings: &Settings,
 ) -> Result<(Mesh, FromPoints), ReconstructError> {
     let start = Instant::now();
-    let (oriented, voxel_m) = oriented(scan, settings)?;
+    let (oriented, voxel_m, source) = oriented(scan, settings)?;
     let samples = samples(&oriented);
     let Some(tree) = Tree::new(&oriented.points) else {
         return Err(ReconstructError::TooFewPoints { count: 0 });
@@ -55,7 +55,7 @@ pub(crate) fn from_points(
     let report = FromPoints {
         points: samples.len(),
         voxel_m,
-        normals_estimated: scan.normals.is_none(),
+        normals: source,
         spacing_m,
         cell_m: field.cell(),
         distance_rms_m: distance_rms(&samples, &field),
@@ -66,7 +66,10 @@ pub(crate) fn from_points(
 }
 
 /// The different points, with normals, thinned.
-fn oriented(scan: &Scan, settings: &Settings) -> Result<(Oriented, Option<f32>), ReconstructError> {
+fn oriented(
+    scan: &Scan,
+    settings: &Settings,
+) -> Result<(Oriented, Option<f32>, NormalSource), ReconstructError> {
     let mut seen = HashSet::with_capacity(scan.points_m.len());
     let is_new = |point: &Point3<f32>| {
         seen.insert([point.x, point.y, point.z].map(|coordinate| (coordinate + 0.0).to_bits()))
@@ -79,13 +82,13 @@ fn oriented(scan: &Scan, settings: &Settings) -> Result<(Oriented, Option<f32>),
         });
     }
     refuse_flat(&points)?;
-    let normals: Vec<Vector3<f64>> = match &scan.normals {
-        Some(normals) => kept_of(normals, &kept)
-            .iter()
+    let given = scan.normals.as_ref().map(|normals| {
+        let normals = kept_of(normals, &kept).into_iter();
+        normals
             .map(|normal| normal.cast().try_normalize(0.0).unwrap_or_default())
-            .collect(),
-        None => normals::estimate(&points, settings.normal_neighbours),
-    };
+            .collect()
+    });
+    let (normals, source) = normals::outward(&points, given, settings.normal_neighbours);
     let has_normal: Vec<bool> = normals.iter().map(|normal| normal.norm() > 0.5).collect();
     let oriented = Oriented {
         points: kept_of(&points, &has_normal),
@@ -95,7 +98,8 @@ fn oriented(scan: &Scan, settings: &Settings) -> Result<(Oriented, Option<f32>),
     if count < Settings::COUNT_MIN {
         return Err(ReconstructError::TooFewPoints { count });
     }
-    Ok(downsample::to_count(oriented, settings.point_count)?)
+    let (oriented, voxel_m) = downsample::to_count(oriented, settings.point_count)?;
+    Ok((oriented, voxel_m, source))
 }
 
 fn kept_of<T: Copy>(all: &[T], kept: &[bool]) -> Vec<T> {

@@ -6,8 +6,11 @@ mod common;
 use common::{ball, distances, rms_and_max, scan_of, without_normals};
 use mesh::Mesh;
 use mesh::file::{self, Scan};
+use nalgebra::{Point3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use sim_objects::{ObjectClass, Variation};
-use sim_reconstruct::{Report, Settings, check, mesh_from_scan};
+use sim_reconstruct::{NormalSource, Report, Settings, check, mesh_from_scan};
 
 const RADIUS_M: f32 = 0.032;
 const NOISE_M: f32 = 0.0001;
@@ -68,7 +71,10 @@ fn a_noisy_ball_comes_back_with_and_without_normals() {
         let (mesh, report) = reconstruct(&scan);
         assert_is_the_ball(&mesh);
         let from = report.from_points.unwrap();
-        assert_eq!(from.normals_estimated, scan.normals.is_none());
+        assert_eq!(
+            from.normals == NormalSource::Estimated,
+            scan.normals.is_none()
+        );
         let share = from.points as f64 / 10_000.0;
         assert!(
             (share - 1.0).abs() <= 0.03,
@@ -199,4 +205,77 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| mesh_from_scan(&scan, &settings)).unwrap().0
     });
     assert_eq!(one, three);
+}
+
+/// The normals of a scan, each turned over where `turn` says so.
+fn turned(scan: &Scan, mut turn: impl FnMut(usize, &Vector3<f32>) -> bool) -> Scan {
+    let mut turned = scan.clone();
+    for (at, normal) in turned.normals.iter_mut().flatten().enumerate() {
+        if turn(at, normal) {
+            *normal = -*normal;
+        }
+    }
+    turned
+}
+
+#[test]
+fn normals_without_a_common_side_are_not_believed() {
+    let can = ObjectClass::MediumCan.mesh(&Variation::NONE);
+    let scan = scan_of(&can, 30_000, NOISE_M, 3);
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let askew = Scan {
+        normals: Some(vec![Vector3::z(); scan.points_m.len()]),
+        ..scan.clone()
+    };
+    // A plane fit leaves all looking the same way, or any.
+    for (scan, source) in [
+        (scan.clone(), NormalSource::Given),
+        (turned(&scan, |_, _| true), NormalSource::GivenInward),
+        (
+            turned(&scan, |_, normal| normal.x < 0.0),
+            NormalSource::EstimatedForSides,
+        ),
+        (
+            turned(&scan, |_, _| random.random_bool(0.5)),
+            NormalSource::EstimatedForSides,
+        ),
+        (askew, NormalSource::EstimatedForAskew),
+    ] {
+        let (mesh, report) = reconstruct(&scan);
+        assert_eq!(
+            report.from_points.as_ref().map(|from| from.normals),
+            Some(source)
+        );
+        assert_eq!(
+            (report.handles, report.boundary_loops, report.doubt()),
+            (0, 0, None),
+            "{source}"
+        );
+        let extent = |mesh: &Mesh| {
+            let (min, max) = mesh.bounds();
+            max - min
+        };
+        assert!((extent(&mesh) - extent(&can)).norm() < 0.002, "{source}");
+        assert!(
+            (mesh.volume_m3() / can.volume_m3() - 1.0).abs() < 0.03,
+            "{source}"
+        );
+    }
+}
+
+#[test]
+fn a_surface_that_no_object_has_is_refused() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mut scan = Scan::default();
+    for _ in 0..8_000 {
+        let mut draw = || random.random_range(-0.03..0.03_f32);
+        scan.points_m.push(Point3::new(draw(), draw(), draw()));
+    }
+    let error = mesh_from_scan(&scan, &Settings::default())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("handles") && error.contains("no object has"),
+        "{error}"
+    );
 }

@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
 
-use crate::Cloud;
+use crate::text::Utf16;
+use crate::{Cloud, Dropped};
 
 /// What is wrong with a file, and what to do about it.
 #[derive(Debug, thiserror::Error)]
@@ -34,7 +35,7 @@ pub enum FileError {
         source: io::Error,
     },
     /// There is less in it than its header says.
-    #[error("{}: ends too early ({reason}); copy or record it again", path.display())]
+    #[error("{}: ends too early ({reason}); copy or record it again, or correct its header", path.display())]
     Truncated {
         /// The file.
         path: PathBuf,
@@ -50,7 +51,7 @@ pub enum FileError {
         found: String,
     },
     /// It breaks the rules of its format.
-    #[error("{}: is no valid {format} file ({reason}); export it again", path.display())]
+    #[error("{}: is no valid {format} file ({reason}); {remedy}", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -58,6 +59,8 @@ pub enum FileError {
         format: &'static str,
         /// The rule that it breaks.
         reason: String,
+        /// What can be done.
+        remedy: &'static str,
     },
     /// The system refused to write it. What was there before is still there.
     #[error("{}: cannot be written", path.display())]
@@ -74,26 +77,65 @@ pub enum FileError {
 enum Fault {
     Truncated(String),
     NoCoordinates(String),
-    Malformed(String),
+    Malformed {
+        reason: String,
+        remedy: &'static str,
+    },
 }
 
-/// All that a file says about a surface, unchecked but for the indices.
+impl Fault {
+    fn malformed(reason: impl Into<String>, remedy: &'static str) -> Self {
+        Self::Malformed {
+            reason: reason.into(),
+            remedy,
+        }
+    }
+}
+
+/// All that a file says about a surface.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surface {
-    /// All points, also those that are not finite, in the file's order and unit.
+    /// Points in the file's order and unit. Those of a mere cloud are finite and not at (0, 0, 0); of a mesh, those that
+    /// a triangle names may be both.
     pub points: Vec<Point3<f32>>,
     /// One a point, of any length; `None` where the file has none.
     pub normals: Option<Vec<Vector3<f32>>>,
     /// Indices into `points`. Faces of more corners are cut into fans, those of fewer are left out.
     pub triangles: Vec<[u32; 3]>,
+    /// Points left out.
+    pub dropped: Dropped,
 }
 
-/// What a file holds, before its faces are checked.
+/// What a file holds; the triangles name points that are there.
 #[derive(Debug, Default)]
 struct Raw {
     points: Vec<Point3<f32>>,
     normals: Option<Vec<Vector3<f32>>>,
-    faces: Vec<Vec<i64>>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Raw {
+    /// For so many points, which a file holds.
+    fn with_capacity(points: usize, has_normals: bool) -> Self {
+        Self {
+            points: Vec::with_capacity(points),
+            normals: has_normals.then(|| Vec::with_capacity(points)),
+            triangles: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, point: [f32; 3], normal: Option<[f32; 3]>) {
+        self.points.push(point.into());
+        if let (Some(normals), Some(normal)) = (&mut self.normals, normal) {
+            normals.push(normal.into());
+        }
+    }
+}
+
+impl From<Utf16> for Fault {
+    fn from(error: Utf16) -> Self {
+        Self::malformed(error.to_string(), "save it as UTF-8")
+    }
 }
 
 /// Reads all that counts of a file's bytes.
@@ -102,22 +144,101 @@ type Parse = fn(&[u8]) -> Result<Raw, Fault>;
 /// Reads a cloud; `.ply` (ASCII, binary of either byte order) or `.pcd` (ASCII, binary, compressed) by extension.
 ///
 /// Points that are not finite or at (0, 0, 0) are dropped and counted.
+///
+/// # Errors
+/// [`FileError`] where the file cannot be read, is cut short, breaks its format's rules or has no coordinates.
 pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
     let (_, raw) = read_raw(path.as_ref())?;
     Ok(Cloud::clean(raw.points))
 }
 
-/// Reads points, normals and faces of the same files; a face that names a point that is not there is refused.
+/// Reads points, normals and faces of the same files.
+///
+/// Points that are not finite or at (0, 0, 0) are dropped and counted, as by [`read`], but for those that a face names: what
+/// a scanner joined to others it has measured, and a mesh may pass through the origin.
+///
+/// # Errors
+/// As of [`read`], and where a face names a point that is not there.
 pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
     let path = path.as_ref();
     let (format, raw) = read_raw(path)?;
-    let triangles = triangulated(&raw.faces, raw.points.len())
-        .map_err(|fault| name_fault(path, format, fault))?;
-    Ok(Surface {
-        points: raw.points,
-        normals: raw.normals,
-        triangles,
-    })
+    let fault = |vertex: Unmeasured| {
+        let fault = Fault::malformed(
+            vertex.to_string(),
+            "remove faces of vertices that are not finite",
+        );
+        name_fault(path, format, fault)
+    };
+    Surface::measured(raw.points, raw.normals, raw.triangles).map_err(fault)
+}
+
+/// A corner of a face that is no measurement.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("vertex {index} of a face is at {point}")]
+pub struct Unmeasured {
+    /// Counted from 0.
+    pub index: usize,
+    /// As in the file.
+    pub point: Point3<f32>,
+}
+
+impl Surface {
+    /// Leaves out points that are no measurements, by the rules of [`read_surface`].
+    ///
+    /// # Errors
+    /// A triangle names a point that is not finite.
+    ///
+    /// # Panics
+    /// If a triangle names a point that is not there. Normals must be as many as points.
+    pub fn measured(
+        mut points: Vec<Point3<f32>>,
+        mut normals: Option<Vec<Vector3<f32>>>,
+        mut triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, Unmeasured> {
+        let mut is_kept = vec![false; points.len()];
+        for index in triangles.iter().flatten().map(|&corner| corner as usize) {
+            is_kept[index] = true;
+            if !crate::is_finite(&points[index]) {
+                let point = points[index];
+                return Err(Unmeasured { index, point });
+            }
+        }
+        let mut dropped = Dropped::default();
+        for (point, is_kept) in points.iter().zip(&mut is_kept) {
+            *is_kept = *is_kept || dropped.is_measured(point);
+        }
+        if dropped.count() > 0 {
+            renumber(&mut triangles, &is_kept);
+            keep(&mut points, &is_kept);
+            if let Some(normals) = &mut normals {
+                keep(normals, &is_kept);
+            }
+        }
+        Ok(Self {
+            points,
+            normals,
+            triangles,
+            dropped,
+        })
+    }
+}
+
+fn keep<T>(all: &mut Vec<T>, is_kept: &[bool]) {
+    let mut is_kept = is_kept.iter();
+    all.retain(|_| is_kept.next().is_some_and(|&is_kept| is_kept));
+}
+
+/// Names points by their places among those that are kept.
+fn renumber(triangles: &mut [[u32; 3]], is_kept: &[bool]) {
+    let mut kept = 0;
+    let place = |&is_kept: &bool| {
+        kept += u32::from(is_kept);
+        kept.saturating_sub(1)
+    };
+    let places: Vec<u32> = is_kept.iter().map(place).collect();
+    for corner in triangles.iter_mut().flatten() {
+        *corner = places[*corner as usize];
+    }
 }
 
 fn read_raw(path: &Path) -> Result<(&'static str, Raw), FileError> {
@@ -143,24 +264,6 @@ fn read_raw(path: &Path) -> Result<(&'static str, Raw), FileError> {
     Ok((format, raw))
 }
 
-/// Cuts polygons into fans about their first corner.
-fn triangulated(faces: &[Vec<i64>], point_count: usize) -> Result<Vec<[u32; 3]>, Fault> {
-    let mut triangles = Vec::with_capacity(faces.len());
-    for (number, face) in faces.iter().enumerate() {
-        let is_there = |index: i64| usize::try_from(index).is_ok_and(|index| index < point_count);
-        if let Some(index) = face.iter().find(|&&index| !is_there(index)) {
-            return Err(Fault::Malformed(format!(
-                "face {number} names vertex {index}, of vertices 0 to {}",
-                point_count as i64 - 1
-            )));
-        }
-        let corners: Vec<u32> = face.iter().map(|&index| index as u32).collect();
-        triangles
-            .extend((2..corners.len()).map(|last| [corners[0], corners[last - 1], corners[last]]));
-    }
-    Ok(triangles)
-}
-
 /// Writes points as binary little-endian PLY. The file is replaced whole or not at all.
 pub fn write_ply(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
     replace(path.as_ref(), &ply::encode(points))
@@ -178,10 +281,11 @@ fn name_fault(path: &Path, format: &'static str, fault: Fault) -> FileError {
     match fault {
         Fault::Truncated(reason) => FileError::Truncated { path, reason },
         Fault::NoCoordinates(found) => FileError::NoCoordinates { path, found },
-        Fault::Malformed(reason) => FileError::Malformed {
+        Fault::Malformed { reason, remedy } => FileError::Malformed {
             path,
             format,
             reason,
+            remedy,
         },
     }
 }

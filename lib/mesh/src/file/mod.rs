@@ -10,6 +10,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use cloud::{Dropped, Unmeasured};
 use nalgebra::{Point3, Vector3};
 
 use crate::mesh::Mesh;
@@ -28,6 +29,8 @@ pub struct Scan {
     pub normals: Option<Vec<Vector3<f32>>>,
     /// Indices into `points_m`; empty for a mere cloud. Larger faces are cut into triangles.
     pub triangles: Vec<[u32; 3]>,
+    /// Points of the file that were no measurements and are not there.
+    pub dropped: Dropped,
 }
 
 impl Scan {
@@ -51,6 +54,7 @@ impl From<Mesh> for Scan {
             points_m: mesh.vertices,
             normals: None,
             triangles: mesh.triangles,
+            dropped: Dropped::default(),
         }
     }
 }
@@ -78,7 +82,7 @@ pub enum FileError {
         source: io::Error,
     },
     /// An OBJ file that breaks the rules of its format.
-    #[error("{}, line {line}: {reason}; export it again", path.display())]
+    #[error("{}, line {line}: {reason}; correct that line, or export it again", path.display())]
     Obj {
         /// The file.
         path: PathBuf,
@@ -88,20 +92,20 @@ pub enum FileError {
         reason: String,
     },
     /// Nothing to work with.
-    #[error("{}: has no vertices; export it again", path.display())]
+    #[error("{}: has no vertices that were measured{}; scan or export it again", path.display(), of(dropped))]
     Empty {
         /// The file.
         path: PathBuf,
+        /// Those that were not.
+        dropped: Dropped,
     },
-    /// A coordinate that is NaN or infinite, or too large once it is in metres.
-    #[error("{}: vertex {index} is at {point}; remove vertices that are not finite", path.display())]
+    /// A face's corner that is NaN or infinite, or any coordinate that is once it is in metres.
+    #[error("{}: {vertex}; remove faces of vertices that are not finite", path.display())]
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// Counted from 0.
-        index: usize,
-        /// As in the file.
-        point: Point3<f32>,
+        /// The first of them.
+        vertex: Unmeasured,
     },
     /// Nothing can be measured in such a unit.
     #[error(
@@ -125,7 +129,7 @@ pub enum FileError {
 ///
 /// # Errors
 /// [`FileError`] where the file cannot be read, is cut short or breaks its format's rules, where a face names a vertex
-/// that is not there, where a coordinate is not finite, and where there are no vertices.
+/// that is not there or not finite, and where there are no vertices.
 pub fn read(path: impl AsRef<Path>, metres_per_unit: f64) -> Result<Scan, FileError> {
     let path = path.as_ref();
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
@@ -151,11 +155,24 @@ fn read_obj(path: &Path) -> Result<cloud::Surface, FileError> {
         path: path.to_owned(),
         source,
     })?;
-    obj::parse(&String::from_utf8_lossy(&bytes)).map_err(|fault| FileError::Obj {
+    let raw = obj::parse(&bytes).map_err(|fault| FileError::Obj {
         path: path.to_owned(),
         line: fault.line,
         reason: fault.reason,
+    })?;
+    drop(bytes);
+    let surface = cloud::Surface::measured(raw.points, raw.normals, raw.triangles);
+    surface.map_err(|vertex| FileError::NotFinite {
+        path: path.to_owned(),
+        vertex,
     })
+}
+
+fn of(dropped: &Dropped) -> String {
+    match dropped.count() {
+        0 => String::new(),
+        count => format!(" ({count} are not finite or at (0, 0, 0))"),
+    }
 }
 
 /// Puts a surface into metres, checked.
@@ -164,30 +181,43 @@ fn scan(path: &Path, surface: cloud::Surface, metres_per_unit: f64) -> Result<Sc
         let coordinates = point.coords.cast::<f64>() * metres_per_unit;
         Point3::from(coordinates.cast::<f32>())
     };
-    let points_m: Vec<_> = surface.points.iter().map(in_metres).collect();
+    let mut points_m = surface.points;
     if points_m.is_empty() {
         return Err(FileError::Empty {
             path: path.to_owned(),
+            dropped: surface.dropped,
         });
     }
-    if let Some(index) = points_m.iter().position(|point| !cloud::is_finite(point)) {
-        return Err(FileError::NotFinite {
-            path: path.to_owned(),
-            index,
-            point: surface.points[index],
-        });
+    for (index, point) in points_m.iter_mut().enumerate() {
+        let point_m = in_metres(point);
+        if !cloud::is_finite(&point_m) {
+            return Err(FileError::NotFinite {
+                path: path.to_owned(),
+                vertex: Unmeasured {
+                    index,
+                    point: *point,
+                },
+            });
+        }
+        *point = point_m;
     }
-    let unit = |normal: &Vector3<f32>| {
-        let unit = normal.cast::<f64>().try_normalize(0.0)?.cast::<f32>();
-        unit.iter().all(|part| part.is_finite()).then_some(unit)
-    };
     Ok(Scan {
         points_m,
-        normals: surface
-            .normals
-            .and_then(|normals| normals.iter().map(unit).collect()),
+        normals: surface.normals.and_then(unit_vectors),
         triangles: surface.triangles,
+        dropped: surface.dropped,
     })
+}
+
+/// `None` if one of them has no direction.
+fn unit_vectors(mut normals: Vec<Vector3<f32>>) -> Option<Vec<Vector3<f32>>> {
+    for normal in &mut normals {
+        *normal = normal.cast::<f64>().try_normalize(0.0)?.cast();
+        if !normal.iter().all(|part| part.is_finite()) {
+            return None;
+        }
+    }
+    Some(normals)
 }
 
 #[cfg(test)]

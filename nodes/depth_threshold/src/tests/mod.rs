@@ -1,6 +1,8 @@
 #![allow(clippy::unwrap_used)]
 
+mod compressed;
 mod decimation;
+mod intrinsics;
 mod refusals;
 
 use rand::{RngExt, SeedableRng};
@@ -292,4 +294,19 @@ fn a_camera_frame_takes_a_few_milliseconds() {
         );
         assert!(count > 50_000 / (decimation * decimation) as usize);
     }
+}
+
+#[test]
+fn mono16_is_another_name_of_16uc1() {
+    let depths = random_millimetres(9, 48);
+    let named = Image::millimetres(8, &depths);
+    let mut mono = Image::millimetres(8, &depths);
+    mono.encoding = "mono16";
+    assert_eq!(mono.points(keep_all()), named.points(keep_all()));
+    mono.is_bigendian = true;
+    mono.data = depths
+        .iter()
+        .flat_map(|depth| depth.to_be_bytes())
+        .collect();
+    assert_eq!(mono.points(keep_all()), named.points(keep_all()));
 }

@@ -1,5 +1,5 @@
 use super::{Image, intrinsics};
-use crate::{DepthImage, Intrinsics, Parameters, Thresholder};
+use crate::{DepthImage, Parameters, Thresholder};
 
 /// The message for an image that is wrong in one way.
 fn refusal(change: impl FnOnce(&mut DepthImage)) -> String {
@@ -38,28 +38,6 @@ fn camera_info_of_another_stream_is_refused() {
         message.contains("4×3") && message.contains("8×6"),
         "{message}"
     );
-}
-
-#[test]
-fn bad_intrinsics_are_refused_by_name() {
-    let good = [418.0, 0.0, 424.0, 0.0, 418.0, 238.0, 0.0, 0.0, 1.0];
-    assert!(Intrinsics::from_k(&good, 848, 480).is_ok());
-    let refusal = |at: usize, value: f64| {
-        let mut k = good;
-        k[at] = value;
-        Intrinsics::from_k(&k, 848, 480).unwrap_err().to_string()
-    };
-    assert!(
-        Intrinsics::from_k(&[0.0; 9], 848, 480)
-            .unwrap_err()
-            .to_string()
-            .contains("calibrated")
-    );
-    assert!(refusal(0, -1.0).contains("fx = -1"));
-    assert!(refusal(4, f64::NAN).contains("fy = NaN"));
-    assert!(refusal(2, 900.0).contains("(900, 238)"));
-    assert!(refusal(5, f64::NAN).contains("(424, NaN)"));
-    assert!(refusal(1, 0.1).contains("is not [fx 0 cx"));
 }
 
 #[test]

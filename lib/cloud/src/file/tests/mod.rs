@@ -189,8 +189,8 @@ fn nan_and_zero_points_are_dropped_and_counted() {
         assert_eq!(
             (
                 cloud.points.len(),
-                cloud.dropped_non_finite,
-                cloud.dropped_zero
+                cloud.dropped.non_finite,
+                cloud.dropped.zero
             ),
             (1, 1, 0),
             "{word}"
@@ -201,8 +201,8 @@ fn nan_and_zero_points_are_dropped_and_counted() {
     assert_eq!(
         (
             cloud.points.len(),
-            cloud.dropped_non_finite,
-            cloud.dropped_zero
+            cloud.dropped.non_finite,
+            cloud.dropped.zero
         ),
         (1, 0, 1)
     );
@@ -254,3 +254,5 @@ fn other_refusals_name_the_file_too() {
         "{message}"
     );
 }
+
+mod people;
