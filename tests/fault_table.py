@@ -68,13 +68,13 @@ def module(file):
 
 def unfolded(text):
     """The text's lines, joined where the first word of the next one did not fit into the line before."""
-    lines = []
-    for line in text.splitlines():
-        if lines and FOLDED_FROM < INDENT + len(last) + 1 + len(line.split(' ')[0]):
+    raw = text.splitlines()
+    lines = raw[:1]
+    for last, line in zip(raw, raw[1:]):
+        if FOLDED_FROM < INDENT + len(last) + 1 + len(line.split(' ')[0]):
             lines[-1] += f' {line}'
         else:
             lines.append(line)
-        last = line
     return lines
 
 
