@@ -43,7 +43,7 @@ demo: setup
 	source setup/environment
 	$(PYTHON) tests/demo $(if $(DISPLAY_RVIZ),--rviz)
 
-JOBS := 1
+JOBS ?= 1
 test: build
 	cargo test --release --workspace
 	source setup/environment

@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+import time
 
 import pytest
 
@@ -96,10 +97,34 @@ def shell(tmp_path):
     return run
 
 
+def waited_s():
+    """Seconds so far in which some process of this machine waited for a processor; None where the kernel does not tell."""
+    try:
+        return int(pathlib.Path('/proc/pressure/cpu').read_text().split('total=')[1].split()[0]) / 1e6
+    except (OSError, IndexError):
+        return None
+
+
+def pytest_runtest_setup(item):
+    item.began = time.monotonic(), waited_s()
+
+
+def busyness(began, waited_before_s):
+    """How busy the machine was since then, by which a fault is told from a machine that has too much to do."""
+    lasted_s, waited_after_s = time.monotonic() - began, waited_s()
+    if None in (waited_before_s, waited_after_s):
+        return f'load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors'
+    share = (waited_after_s - waited_before_s) / max(lasted_s, 1e-3)
+    return (f'{share:.0%} of the time something waited for a processor, load {os.getloadavg()[0]:.1f} on '
+            f'{os.cpu_count()} processors' + (': a deadline may have passed for that alone' if share > 0.8 else ''))
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
-    """Shows the ends of the programs' logs where a test fails."""
+    """Shows the ends of the programs' logs where a test fails, and how busy the machine was."""
     report = (yield).get_result()
+    if report.failed and hasattr(item, 'began'):
+        report.sections.append(('the machine', busyness(*item.began)))
     core = item.funcargs.get('core')
     if report.failed and core is not None:
         for program in core.programs:

@@ -1,4 +1,4 @@
-"""What rosrust leaves undone and lib/node does: each test fails without its remedy."""
+"""What lib/node does whatever its peers do."""
 
 import struct
 
@@ -22,7 +22,7 @@ def messages_heard(topic):
 
 def test_a_lost_link_is_dialled_again(start):
     publisher = BrokenPublisher('/points', PointCloud2)
-    start('view_capture', _use_tf='false')
+    start('view_capture', _use_tf='false', _mode='passive')
     wait_until(lambda: publisher.dialled == 1, 10, 'first link')
     publisher.send_message(PointCloud2())
     publisher.cut()
@@ -47,6 +47,7 @@ def test_a_call_ends_by_its_deadline(start, core):
     MuteService('/rotate_wrist')
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -55,6 +56,7 @@ def test_a_call_ends_by_its_deadline(start, core):
 
 def test_a_scan_that_nobody_listens_to_is_not_begun(start):
     start('view_capture', _use_tf='false')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(10, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -64,6 +66,7 @@ def test_a_scan_that_nobody_listens_to_is_not_begun(start):
 def test_an_absent_service_is_named(start):
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -81,11 +84,24 @@ def test_a_restarted_master_learns_of_the_node_again(start, core):
     assert core.output('rosparam', 'get', '/camera_mount/translation_m').split() == ['-', '0.2', '-', '0.0', '-', '0.1']
 
 
-def test_latched_topics_are_repeated(start, core, tmp_path):
+def test_late_listeners_get_a_latched_message_once(start, core, tmp_path):
+    """And rosbag learns that it is latched, so that it plays it to those who come late."""
+    from tf2_msgs.msg import TFMessage
     start('camera_mount')
-    core.output('rosbag', 'record', '--duration', '4', '-O', tmp_path / 'late.bag', '/tf_static', timeout_s=30)
-    stamps = [time.to_sec() for _, _, time in rosbag.Bag(str(tmp_path / 'late.bag')).read_messages()]
-    assert len(stamps) >= 3, 'one at the connection and one each second'
+    core.output('rosbag', 'record', '--duration', '3', '-O', tmp_path / 'late.bag', '/tf_static', timeout_s=30)
+    recorded = list(rosbag.Bag(str(tmp_path / 'late.bag')).read_messages(return_connection_header=True))
+    assert [message.connection_header['latching'] for message in recorded] == [b'1']
+    late = Listener('/tf_static', TFMessage)
+    assert late.next().transforms[0].child_frame_id == 'camera_link'
+    rospy.sleep(2.5)
+    assert late.all() == []
+
+
+def test_rosnode_tells_of_connections(start, core):
+    start('camera_mount')
+    Listener('/tf_static').next()
+    told = core.output('rosnode', 'info', '/camera_mount')
+    assert '* topic: /tf_static' in told and 'ERROR' not in told, told
 
 
 @pytest.mark.parametrize('unset, given, expected', [
@@ -122,12 +138,11 @@ def test_a_node_says_goodbye(start, core):
 
 
 def test_a_node_starts_again_on_the_parameters_it_wrote_back(start, core):
-    """Whole numbers come back as strings from rosrust's own encoder."""
     first = start('view_capture', _use_tf='false')
     first.process.kill()
     first.wait(5)
     second = start('view_capture')
-    rospy.wait_for_service('scan_object', 10)
+    rospy.wait_for_service('capture_views', 10)
     assert second.running()
     assert core.output('rosparam', 'get', '/view_capture/view_count').strip() == '3'
 

@@ -109,6 +109,35 @@ def test_recorded_views_give_the_recorded_answers(bag, start, core, checkout):
             assert answer.probabilities == pytest.approx(then.probabilities, abs=1e-6)
 
 
+def test_a_cloud_that_comes_late_meets_the_fingers_as_they_were(bag, start):
+    """On a busy computer the gripper has long said something else when the cloud is there."""
+    import copy
+    import rospy
+    from diagnostic_msgs.msg import DiagnosticArray
+    from baxter_core_msgs.msg import EndEffectorState
+    from deformable_cobot.msg import ObjectCloud, RegisteredCloud
+    cloud = next(cloud for cloud in recorded(bag, '/registered') if cloud.complete)
+    then = next(object for object in recorded(bag, '/object') if object.complete)
+    held = next(state for state in recorded(bag, FINGERS) if state.timestamp >= cloud.header.stamp)
+    opened = copy.deepcopy(held)
+    opened.timestamp += rospy.Duration(3)
+    opened.position = EndEffectorState.POSITION_OPEN
+    start('roi_crop')
+    fingers = rospy.Publisher(FINGERS, EndEffectorState, queue_size=1)
+    clouds = rospy.Publisher('registered', RegisteredCloud, queue_size=1)
+    objects, diagnostics = Listener('object', ObjectCloud), Listener('/diagnostics', DiagnosticArray)
+    for publisher in (fingers, clouds):
+        wait_until(lambda: publisher.get_num_connections() > 0, 20, f'roi_crop at {publisher.name}')
+    for count, state in enumerate((held, opened), 1):
+        fingers.publish(state)
+        diagnostics.next(20, lambda array: any(value.key == FINGERS and value.value.startswith(f'{count} messages')
+                                               for status in array.status for value in status.values))
+    clouds.publish(cloud)
+    object = objects.next(timeout_s=20)
+    assert object.error == ''
+    assert object.cloud.data == then.cloud.data, 'the same points, bit for bit'
+
+
 def test_a_missing_bag_is_named(core):
     player = core.launch('replay.launch', bag=pathlib.Path('/nowhere.bag'))
     wait_until(lambda: '/nowhere.bag' in player.printed(), 30, 'message')

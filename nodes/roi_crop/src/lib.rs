@@ -6,6 +6,7 @@
 
 mod axis;
 mod error;
+mod openings;
 mod parameters;
 
 use cloud::{is_finite, outliers};
@@ -14,6 +15,7 @@ use parameter::ParameterError;
 
 pub use axis::{Axis, AxisError};
 pub use error::CropError;
+pub use openings::Openings;
 pub use parameters::Parameters;
 
 /// Which frame a cloud is in.

@@ -4,21 +4,17 @@ mod display;
 
 use display::Display;
 use std::process::ExitCode;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
-use baxter::Gap;
 use msg::baxter_core_msgs::EndEffectorState;
 use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
 use msg::progress::Progress;
+use msg::stamp::since_epoch;
 use msg::timing;
 use nalgebra::Point3;
 use node::{Expect, Latch, Node, Subscriber};
-use roi_crop::{Crop, CropError, Cropper, Frame, Parameters};
-
-/// Age from which on the fingers may be elsewhere than the gripper last said.
-const OPENING_AGE_MAX: Duration = Duration::from_secs(1);
+use roi_crop::{Crop, CropError, Cropper, Frame, Openings, Parameters};
 
 fn main() -> ExitCode {
     node::run("roi_crop", serve)
@@ -26,7 +22,7 @@ fn main() -> ExitCode {
 
 async fn serve(node: Node) -> anyhow::Result<()> {
     let parameters = node.parameters(Parameters::validate)?;
-    let (opening, _fingers) = Opening::listen(&node, &parameters)?;
+    let (fingers, _link) = Fingers::listen(&node, &parameters)?;
     let tuned = node.tune(parameters, Parameters::TUNABLES, Parameters::validate)?;
     let cropper = move || Cropper::new((*tuned.now()).clone());
     let objects = node.publish("object", 16, Latch::Yes)?;
@@ -47,7 +43,9 @@ async fn serve(node: Node) -> anyhow::Result<()> {
                 Err(error) => return log::error!("{error}"),
             };
             let shown = display.is_watched().then(|| registered.cloud.clone());
-            let object = cut_out(&cropper, registered, opening.now_m());
+            let seen = since_epoch(registered.header.stamp);
+            let opening_m = fingers.openings().at_m(seen);
+            let object = cut_out(&cropper, registered, opening_m);
             display.show(&cropper, shown.as_ref(), &object);
             match &object.error[..] {
                 "" => clouds.send(object.cloud.clone()),
@@ -70,41 +68,31 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// How far apart the fingers are.
+/// How far apart the fingers are when.
 #[derive(Clone)]
-struct Opening {
-    gap: Gap,
-    last: Arc<Mutex<Option<(f64, Instant)>>>,
-}
+struct Fingers(Arc<Mutex<Openings>>);
 
-impl Opening {
+impl Fingers {
     /// Listens to the electric gripper. Where there is none, the opening stays unknown.
     fn listen(node: &Node, parameters: &Parameters) -> anyhow::Result<(Self, Subscriber)> {
-        let opening = Self {
-            gap: parameters.gap,
-            last: Arc::default(),
-        };
+        let (fingers, gap, clock) = (Self(Arc::default()), parameters.gap, node.clock());
         let topic = format!("{}/state", parameters.side.gripper_topics());
         let link = node.subscribe(&topic, Expect::OPTIONAL_STATE, {
-            let opening = opening.clone();
-            move |state: EndEffectorState| opening.hear(f64::from(state.position))
+            let fingers = fingers.clone();
+            move |state: EndEffectorState| {
+                // A gripper that does not stamp what it says means now.
+                let said = Some(since_epoch(state.timestamp)).filter(|stamp| !stamp.is_zero());
+                let width_m = gap.width_m(f64::from(state.position) / 100.0);
+                fingers
+                    .openings()
+                    .hear(said.unwrap_or_else(|| since_epoch(clock.now())), width_m);
+            }
         })?;
-        Ok((opening, link))
+        Ok((fingers, link))
     }
 
-    fn hear(&self, position_percent: f64) {
-        let width_m = self.gap.width_m(position_percent / 100.0);
-        if width_m.is_finite() {
-            let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-            *last = Some((width_m, Instant::now()));
-        }
-    }
-
-    /// In metres, as far as is known now.
-    fn now_m(&self) -> Option<f64> {
-        let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.filter(|(_, heard)| heard.elapsed() < OPENING_AGE_MAX)
-            .map(|(width_m, _)| width_m)
+    fn openings(&self) -> MutexGuard<'_, Openings> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

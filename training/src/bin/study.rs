@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use indicatif::ProgressBar;
-use training::backend::Backend;
+use training::network::backend::Backend;
 use training::progress;
-use training::report;
 use training::settings::Settings;
 use training::study::{StudyOrder, study};
 
@@ -49,7 +48,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    report::exit_code("study", run(Arguments::parse()))
+    program::exit_code("study", run(Arguments::parse()))
 }
 
 fn run(arguments: Arguments) -> Result<()> {

@@ -100,7 +100,7 @@ fn what_is_written_is_read_back_with_the_same_bytes_each_time() {
 
 #[test]
 fn a_written_mesh_cut_anywhere_is_refused() {
-    let bytes = ply::encode(&square(false).mesh());
+    let bytes = ply_bytes(&square(false).mesh());
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("cut.ply");
     for end in 0..bytes.len() {
