@@ -84,7 +84,9 @@ impl Draft {
         let target = self.target.clone();
         self.finish_unflushed()?;
         let folder = target.parent().filter(|folder| *folder != Path::new(""));
-        File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
+        // So that the new name is there, too, after a loss of power. Not every file system can do this to a folder.
+        let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
+        Ok(())
     }
 
     /// Puts the file in its place without waiting for the disk: if the machine loses its power soon after, the file can be
