@@ -48,13 +48,16 @@ def shared_folder():
 
 @pytest.fixture
 def core(tmp_path):
-    """A roscore on a free port; all that runs on it is ended after the test."""
+    """A roscore on a free port; all that runs on it is ended after the test, which fails where the simulated robot was moved
+    against the contract of motion."""
     core = Core(tmp_path)
     try:
         core.start()
         yield core
     finally:
         core.stop()
+    violations = core.violations()
+    assert not violations, f'against the contract of motion: {violations}'
 
 
 @pytest.fixture

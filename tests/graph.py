@@ -11,6 +11,10 @@ from processes import MARK, Program, free_port, kill_marked, marked_processes, w
 OBJECTS = ('medium-can', 'food-can', 'small-cup', 'medium-cup', 'large-cup', 'tiny-ball', 'small-ball', 'medium-ball')
 
 
+# The folder in which the simulated robot records what it was told and did.
+RECORD = 'DEFORMABLE_COBOT_RECORD'
+
+
 class Core:
     """roscore on a free port, with logs in `folder`. Programs that it starts see only this master."""
 
@@ -18,6 +22,8 @@ class Core:
         self.folder = folder
         self.mark = f'{os.environ.get(MARK, "")}{folder}'
         self.programs = []
+        # Words of violations of the contract of motion that a test brings about by itself.
+        self.excused = []
         port = free_port()
         self.environment = {
             **os.environ,
@@ -27,6 +33,7 @@ class Core:
             'ROS_HOME': str(folder),
             'ROS_LOG_DIR': str(folder / 'log'),
             'PYTHONUNBUFFERED': '1',
+            RECORD: str(folder / 'record'),
         }
         self.environment.pop('ROS_HOSTNAME', None)
         self.environment.pop('ROS_NAMESPACE', None)
@@ -81,9 +88,23 @@ class Core:
 
     def kill(self, node, number=signal.SIGKILL):
         """Sends a signal to a node; returns the id that its process had."""
+        if number in (signal.SIGKILL, signal.SIGSTOP):
+            self.excused.append('ends at speed')
         pid = self.process_of(node)
         os.kill(pid, number)
         return pid
+
+    def violations(self):
+        """What the commander of the simulated robot has done against the contract of motion (sim/baxter/src/contract.rs)."""
+        return [line for file in sorted(self.folder.glob('record/*.violations')) for line in file.read_text().splitlines()
+                if not any(words in line for words in self.excused)]
+
+    def motion_of(self, arm='left'):
+        """What the W2 of an arm was told and did: rows of time (s since the epoch), setpoint (rad or None), angle, velocity."""
+        rows = [line.split(',') for file in sorted(self.folder.glob('record/*.csv'))
+                for line in file.read_text().splitlines()[1:] if line.count(',') == 4]
+        return [(float(time_s), float(setpoint) if setpoint else None, float(angle), float(velocity))
+                for time_s, of, setpoint, angle, velocity in rows if of == arm]
 
     def stop(self):
         """Ends all that runs on this master, the latest first."""

@@ -1,4 +1,4 @@
-"""What rosrust leaves undone and lib/node does: each test fails without its remedy."""
+"""What lib/node does whatever its peers do."""
 
 import struct
 
@@ -8,9 +8,10 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, PointCloud2
 
+from camera import Camera, camera_info, depth_image
 from graph import Listener, within
 from processes import wait_until
-from tcpros import BrokenPublisher, MuteService
+from tcpros import BrokenPublisher, MuteService, StalledSubscriber
 
 
 def messages_heard(topic):
@@ -81,11 +82,24 @@ def test_a_restarted_master_learns_of_the_node_again(start, core):
     assert core.output('rosparam', 'get', '/camera_mount/translation_m').split() == ['-', '0.2', '-', '0.0', '-', '0.1']
 
 
-def test_latched_topics_are_repeated(start, core, tmp_path):
+def test_late_listeners_get_a_latched_message_once(start, core, tmp_path):
+    """And rosbag learns that it is latched, so that it plays it to those who come late."""
+    from tf2_msgs.msg import TFMessage
     start('camera_mount')
-    core.output('rosbag', 'record', '--duration', '4', '-O', tmp_path / 'late.bag', '/tf_static', timeout_s=30)
-    stamps = [time.to_sec() for _, _, time in rosbag.Bag(str(tmp_path / 'late.bag')).read_messages()]
-    assert len(stamps) >= 3, 'one at the connection and one each second'
+    core.output('rosbag', 'record', '--duration', '3', '-O', tmp_path / 'late.bag', '/tf_static', timeout_s=30)
+    recorded = list(rosbag.Bag(str(tmp_path / 'late.bag')).read_messages(return_connection_header=True))
+    assert [message.connection_header['latching'] for message in recorded] == [b'1']
+    late = Listener('/tf_static', TFMessage)
+    assert late.next().transforms[0].child_frame_id == 'camera_link'
+    rospy.sleep(2.5)
+    assert late.all() == []
+
+
+def test_rosnode_tells_of_connections(start, core):
+    start('camera_mount')
+    Listener('/tf_static').next()
+    told = core.output('rosnode', 'info', '/camera_mount')
+    assert '* topic: /tf_static' in told and 'ERROR' not in told, told
 
 
 @pytest.mark.parametrize('unset, given, expected', [
@@ -122,7 +136,6 @@ def test_a_node_says_goodbye(start, core):
 
 
 def test_a_node_starts_again_on_the_parameters_it_wrote_back(start, core):
-    """Whole numbers come back as strings from rosrust's own encoder."""
     first = start('view_capture', _use_tf='false')
     first.process.kill()
     first.wait(5)
@@ -140,3 +153,15 @@ def test_a_command_link_is_left_alone(start):
     wait_until(lambda: publisher.dialled == 1, 10, 'link')
     rospy.sleep(12)
     assert publisher.dialled == 1
+
+
+def test_a_listener_that_stands_still_holds_up_nobody(start):
+    start('depth_threshold')
+    camera = Camera(depth_image(), camera_info())
+    stalled = StalledSubscriber('/points', PointCloud2, '/depth_threshold')
+    points = Listener('points', PointCloud2)
+    # Some 10 MB, of which the system keeps 5 at most for who does not read.
+    for _ in range(80):
+        points.next(timeout_s=2)
+    stalled.connection.close()
+    camera.close()

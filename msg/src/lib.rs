@@ -15,5 +15,6 @@ pub mod transform;
 pub use rosrust::{Duration, Message, Time};
 pub use rosrust_msg::{
     actionlib_msgs, baxter_core_msgs, deformable_cobot, diagnostic_msgs, dynamic_reconfigure,
-    geometry_msgs, reflex_msgs, sensor_msgs, std_msgs, std_srvs, tf2_msgs, visualization_msgs,
+    geometry_msgs, reflex_msgs, rosgraph_msgs, sensor_msgs, std_msgs, std_srvs, tf2_msgs,
+    visualization_msgs,
 };

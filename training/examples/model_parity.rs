@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use candle_core::Tensor;
 use networks::{INVERSE_TEMPERATURE, answers, examples, inputs};
-use training::export::write_model;
+use training::network::export::write_model;
 
 fn main() -> Result<()> {
     let folder = std::env::args_os().nth(1).map(PathBuf::from);

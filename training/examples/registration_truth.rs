@@ -16,10 +16,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
 use sim_objects::ObjectClass;
-use training::scan::{View, capture};
-use training::scan_parameters::ScanParameters;
-use training::setup::Setup;
-use training::specimens::Specimens;
+use sim_scan::{ScanParameters, Setup, View, capture};
 
 /// Random scans with their true poses and with ours.
 #[derive(Debug, Parser)]
@@ -73,7 +70,7 @@ impl Scan {
             undented_share: 0.0,
             ..ScanParameters::default()
         };
-        let object = Specimens::Class(class).one(&parameters, &mut random)?;
+        let object = sim_scan::dented(class, &parameters, &mut random)?;
         let setup = Setup::random(&object, &parameters, &mut random);
         let mut views = capture(&setup, &parameters, &mut random)?;
         for view in &mut views {

@@ -1,37 +1,14 @@
 //! Trains the classifier on simulated scans (paper, Sec. V and VI) and measures it.
+//!
+//! [`data`] makes labelled clouds, [`network`] holds what is trained and writes it to a model file, [`training`] fits one to
+//! the other, [`evaluation`] counts right answers, [`run`] does all of it in one go, and [`study`] does many runs.
 
-mod answers;
-pub mod augment;
-pub mod backend;
-pub mod batch;
-pub mod calibration;
-pub mod checkpoint;
-pub mod dataset;
-pub mod epoch;
+pub mod code;
+pub mod data;
 pub mod evaluation;
-pub mod export;
-pub mod files;
-pub mod fused;
-pub mod mesh_clouds;
-pub mod mesh_dataset;
-mod mesh_split;
-pub mod metrics;
 pub mod network;
-pub mod optimizer;
-mod passes;
-pub mod product;
 pub mod progress;
-pub mod report;
 pub mod run;
-pub mod samples;
-pub mod scan;
-pub mod scan_parameters;
 pub mod settings;
-pub mod setup;
-pub mod shared_max;
-pub mod source;
-pub mod specimens;
 pub mod study;
-mod tally;
-pub mod test;
-pub mod trainer;
+pub mod training;

@@ -4,8 +4,8 @@ use std::io::IsTerminal;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::epoch::EpochReport;
-use crate::trainer::Event;
+use crate::training::epoch::EpochReport;
+use crate::training::trainer::Event;
 
 /// What the run is at, for a progress display.
 #[derive(Debug, Clone, Copy)]

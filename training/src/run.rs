@@ -1,27 +1,28 @@
 //! A whole training run: dataset, network, model file and a record of it all.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use classifier::ModelMetadata;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use crate::answers::Answers;
-use crate::backend::Backend;
-use crate::checkpoint::Checkpoint;
-use crate::dataset::preprocessing;
-use crate::epoch::EpochReport;
-use crate::export::{encode, write_atomically, write_model};
-use crate::metrics::Confusion;
+use crate::code;
+use crate::data::simulate::preprocessing;
+use crate::data::source::{Data, Source};
+use crate::evaluation::TestResult;
+use crate::evaluation::answers::Answers;
+use crate::evaluation::confusion::Confusion;
+use crate::network::backend::Backend;
+use crate::network::export::{encode, write_model, write_whole};
 use crate::network::{Network, NetworkKind};
 use crate::progress::Stage;
 use crate::settings::Settings;
-use crate::source::{Data, Source};
-use crate::trainer::train;
-
-pub use crate::test::Test;
+use crate::training::checkpoint::Checkpoint;
+use crate::training::epoch::EpochReport;
+use crate::training::trainer::train;
 
 /// What to train, on what, and where it goes.
 #[derive(Debug, Clone)]
@@ -64,13 +65,14 @@ pub struct Results {
     /// The validation clouds' answers.
     pub confusion: Confusion,
     /// Answers about clouds that nothing was chosen by; only of a dataset of meshes.
-    pub test: Option<Test>,
+    pub test: Option<TestResult>,
     /// Each epoch.
     pub history: Vec<EpochReport>,
 }
 
 /// Makes or finds the clouds in `output`, trains, writes the model file, and run.yaml in a folder of `output`. A run that
-/// was interrupted goes on after its last whole epoch, and ends with the same bytes.
+/// was interrupted goes on after its last whole epoch, and ends with the same bytes. Clouds and unfinished runs of other
+/// code are not taken up.
 ///
 /// # Errors
 /// A setting is impossible, a file cannot be read or written, or training fails. The model file is then as before.
@@ -84,21 +86,24 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     metadata.labels = source.labels();
     metadata.normals = settings.normals();
     metadata.run_id = run_id.clone();
+    metadata.trained_on = Some(source.trained_on(settings).to_text()?);
     let network = network(settings, metadata.labels.len())?.on(&order.backend.device()?)?;
     metadata.network_version = network.version().to_owned();
     encode(&network, 1.0, &metadata).context("the network is too large")?;
 
     let data = source.data(settings, &metadata, &order.output, order.fresh, &show)?;
-    let checkpoint = Checkpoint::new(folder.join("checkpoint.safetensors"), &metadata.labels);
+    let _lock = lock(&folder)?;
+    let checkpoint = folder.join("checkpoint.safetensors");
+    let checkpoint = Checkpoint::new(checkpoint, &metadata.labels, code::digest()?);
     if order.fresh {
         checkpoint.remove()?;
     }
     let history = fit(&network, &data, &metadata, settings, &checkpoint, &show)?;
-    let answers = Answers::of(&network, data.validation.clouds(), &metadata)?;
+    let answers = Answers::of(&network, &data.validation, &metadata)?;
     let inverse_temperature = answers.inverse_temperature();
     metadata.known_threshold = answers.threshold(settings.known_share);
-    let test = data.test.as_ref().map(|part| -> Result<Test> {
-        let answers = Answers::of(&network, part.clouds(), &metadata)?;
+    let test = data.test.as_ref().map(|part| -> Result<TestResult> {
+        let answers = Answers::of(&network, part, &metadata)?;
         Ok(answers.test(&metadata, inverse_temperature))
     });
     let confusion = answers.confusion(&metadata.labels);
@@ -133,6 +138,23 @@ pub fn run_id(settings: &Settings, source: &Source) -> Result<String> {
     ))
 }
 
+/// Keeps other runs with the same settings away, which would write the same files, until it is dropped.
+fn lock(folder: &Path) -> Result<File> {
+    let path = folder.join("lock");
+    let unlocked = std::fs::create_dir_all(folder).and_then(|()| File::create(&path));
+    let file = unlocked.with_context(|| format!("cannot write {}", path.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => bail!(
+            "another training with the same settings is at work in {}; wait for it, or give another --output or --seed",
+            folder.display()
+        ),
+        Err(TryLockError::Error(error)) => {
+            Err(error).with_context(|| format!("cannot lock {}", path.display()))
+        }
+    }
+}
+
 fn network(settings: &Settings, classes: usize) -> Result<Network> {
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
     Ok(match settings.network {
@@ -158,7 +180,7 @@ fn fit(
     };
     train(
         network,
-        [data.train.clouds(), data.validation.clouds()],
+        [&data.train, &data.validation],
         metadata.metres_per_unit,
         parameters,
         settings.seed,
@@ -200,16 +222,20 @@ impl Results {
 fn write_record(path: &Path, order: &Order, results: &Results) -> Result<()> {
     #[derive(Serialize)]
     struct Record<'a> {
+        commit: &'a str,
+        code: String,
         settings: &'a Settings,
         datasets: &'a [PathBuf],
         backend: Backend,
         results: &'a Results,
     }
     let text = serde_yaml::to_string(&Record {
+        commit: sim_dataset::record::COMMIT,
+        code: code::digest()?,
         settings: &order.settings,
         datasets: &order.datasets,
         backend: order.backend,
         results,
     })?;
-    write_atomically(path, text.as_bytes())
+    write_whole(path, text.as_bytes())
 }

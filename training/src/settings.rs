@@ -5,10 +5,10 @@ use classifier::Centring;
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
-use crate::mesh_clouds::MeshSampling;
+use crate::data::mesh_clouds::MeshSampling;
 use crate::network::{Architecture, NetworkKind, PaperArchitecture};
-use crate::scan_parameters::ScanParameters;
-use crate::trainer::TrainingParameters;
+use crate::training::trainer::TrainingParameters;
+use sim_scan::ScanParameters;
 
 /// Everything that determines a run; the same settings give the same model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

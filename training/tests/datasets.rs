@@ -12,13 +12,13 @@ use std::sync::{Mutex, OnceLock};
 use classifier::{Model, Provider};
 use mesh::file::MILLIMETRE;
 use nalgebra::{Point3, Vector3};
+use program::describe;
 use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
 use sim_objects::{ObjectClass, Stranger};
-use training::backend::Backend;
-use training::mesh_clouds::{MeshClouds, Split};
+use training::data::{LabelledClouds, Split};
+use training::network::backend::Backend;
 use training::progress::Stage;
-use training::report::describe;
 use training::run::{Order, run};
 use training::settings::Settings;
 
@@ -146,7 +146,7 @@ fn an_own_object_is_learned_beside_the_eight() {
             ..order.clone()
         };
         order.settings.only_datasets = only_datasets;
-        describe(&run(&order, |_| ()).unwrap_err())
+        describe(run(&order, |_| ()).unwrap_err().as_ref())
     };
     let message = refusal(vec![dataset.clone()], true);
     assert!(message.contains("holds bottle alone"), "{message}");
@@ -172,8 +172,8 @@ fn grasps_stay_on_one_side_of_the_split_and_shares_are_kept() {
     let clouds = folders
         .find(|path| path.join("clouds.npz").exists())
         .unwrap();
-    let clouds = MeshClouds::read(&clouds.join("clouds.npz")).unwrap();
-    assert_eq!((clouds.labels.len(), clouds.point_count), (72, 32));
+    let (clouds, _) = LabelledClouds::read(&clouds.join("clouds.npz")).unwrap();
+    assert_eq!((clouds.len(), clouds.point_count), (72, 32));
     // Six meshes of each grasp follow each other.
     for grasp in clouds.split.chunks(6) {
         assert!(grasp.iter().all(|split| *split == grasp[0]), "{grasp:?}");
@@ -190,7 +190,7 @@ fn grasps_stay_on_one_side_of_the_split_and_shares_are_kept() {
         assert_eq!(balls, count / 2);
     }
     let radius = |point: &[f32]| point.iter().map(|value| value * value).sum::<f32>().sqrt();
-    let largest = clouds.points.chunks(3).map(radius).fold(0.0, f32::max);
+    let largest = clouds.values.chunks(3).map(radius).fold(0.0, f32::max);
     assert!((0.08..0.11).contains(&largest), "{largest} m");
 }
 
@@ -219,7 +219,7 @@ fn refusal(spoil: impl FnOnce(&Path)) -> String {
     let order = order(folder.path(), &[&copy]);
     let error = run(&order, |_| ()).unwrap_err();
     assert!(!order.output.exists() && !order.model.exists());
-    describe(&error)
+    describe(error.as_ref())
 }
 
 #[test]
@@ -284,11 +284,15 @@ fn classes_that_cannot_be_split_or_told_apart_are_named() {
     let refusal = |objects: &[ObjectClass], count| {
         let out = tempfile::tempdir_in(folder.path()).unwrap();
         make(out.path(), objects, count);
-        describe(&run(&order(folder.path(), &[out.path()]), |_| ()).unwrap_err())
+        describe(
+            run(&order(folder.path(), &[out.path()]), |_| ())
+                .unwrap_err()
+                .as_ref(),
+        )
     };
     let message = refusal(&[ObjectClass::TinyBall, ObjectClass::LargeCup], 12);
     assert!(
-        message.contains("large-cup has too few meshes: 12 of 2 grasps"),
+        message.contains("large-cup has too few meshes: 12 of 2 unlike grasps"),
         "{message}"
     );
     let message = refusal(&[ObjectClass::TinyBall], 18);
@@ -300,7 +304,7 @@ fn a_loss_that_is_no_number_is_named_and_leaves_no_model() {
     let folder = tempfile::tempdir().unwrap();
     let mut order = order(folder.path(), &[dataset()]);
     order.settings.training.augmentation.shift_m = f64::MAX;
-    let message = describe(&run(&order, |_| ()).unwrap_err());
+    let message = describe(run(&order, |_| ()).unwrap_err().as_ref());
     assert!(
         message.contains("not a number any more in epoch 1; lower"),
         "{message}"

@@ -7,7 +7,7 @@ mod networks;
 use candle_core::Tensor;
 use classifier::{MAX_MODEL_BYTES, Model, Provider};
 use networks::{CLOUDS, INVERSE_TEMPERATURE, SEED, answers, examples, inputs};
-use training::export::write_model;
+use training::network::export::write_model;
 
 #[test]
 fn candle_onnx_runtime_and_openvino_agree() {

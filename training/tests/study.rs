@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
 use sim_objects::ObjectClass;
-use training::backend::Backend;
+use training::network::backend::Backend;
 use training::settings::Settings;
 use training::study::{StudyOrder, study};
 

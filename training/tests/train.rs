@@ -2,10 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
+use std::process::Command;
 use std::sync::Mutex;
 
 use classifier::{Model, Provider};
-use training::backend::Backend;
+use training::network::backend::Backend;
 use training::progress::Stage;
 use training::run::{Order, Results, run};
 use training::settings::Settings;
@@ -55,6 +56,8 @@ fn a_run_writes_a_model_that_loads_and_a_record() {
     let record: serde_yaml::Value =
         serde_yaml::from_slice(&std::fs::read(record).unwrap()).unwrap();
     assert_eq!(record["settings"]["specimens_per_class"], 2);
+    assert_eq!(record["commit"], sim_dataset::record::COMMIT);
+    assert!(record["code"].is_string());
     assert!(record["results"]["validation_accuracy"].is_f64());
 }
 
@@ -101,7 +104,7 @@ fn a_failed_run_names_the_fault_and_leaves_the_model_as_it_was() {
     let model = folder.path().join("model.onnx");
     std::fs::write(&model, "before").unwrap();
     let refusal = |settings: &Settings| {
-        let message = training::report::describe(&run_in(folder.path(), settings).unwrap_err());
+        let message = program::describe(run_in(folder.path(), settings).unwrap_err().as_ref());
         assert_eq!(std::fs::read_to_string(&model).unwrap(), "before");
         message
     };
@@ -117,4 +120,37 @@ fn a_failed_run_names_the_fault_and_leaves_the_model_as_it_was() {
     steep.training.augmentation.shift_m = f64::MAX;
     let message = refusal(&steep);
     assert!(message.contains("loss is not a number"), "{message}");
+}
+
+#[test]
+fn two_runs_with_the_same_settings_do_not_write_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let results = run_in(folder.path(), &small()).unwrap();
+    let other = std::fs::File::open(
+        folder
+            .path()
+            .join("output")
+            .join(&results.run_id)
+            .join("lock"),
+    );
+    let other = other.unwrap();
+    other.lock().unwrap();
+    let refused = run_in(folder.path(), &small()).unwrap_err().to_string();
+    assert!(refused.contains("another training") && refused.contains(&results.run_id));
+    drop(other);
+    run_in(folder.path(), &small()).unwrap();
+}
+
+#[test]
+fn a_trial_does_not_replace_the_shipped_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = "--specimens 1 --strangers 0 --points 32 --epochs 1 --output out";
+    let output = Command::new(env!("CARGO_BIN_EXE_train"))
+        .args(words.split(' '))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(folder.path().join("out/model.onnx").is_file());
+    assert!(!folder.path().join("config").exists());
 }

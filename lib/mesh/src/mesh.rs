@@ -4,6 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Point3, Translation3};
 
+use crate::half_edges::HalfEdges;
+
 /// Triangle mesh in metres. Triangles turn counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
@@ -55,6 +57,14 @@ impl Mesh {
             [0.0, z_max_m],
         ];
         crate::revolve(&profile, segments)
+    }
+
+    /// Which triangles and vertices are next to which.
+    ///
+    /// # Panics
+    /// Where a triangle names a vertex that is not there.
+    pub fn half_edges(&self) -> HalfEdges {
+        HalfEdges::new(self.vertices.len(), &self.triangles)
     }
 
     /// The mesh moved rigidly.

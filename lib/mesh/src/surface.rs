@@ -4,18 +4,17 @@ use nalgebra::Point3;
 use rand::{Rng, RngExt};
 
 use crate::mesh::Mesh;
+use crate::triangle;
 
 impl Mesh {
     /// Points all over the surface, as many on each square metre. None for a mesh without area.
     pub fn surface_points(&self, count: usize, random: &mut impl Rng) -> Vec<Point3<f32>> {
-        let corners = |t: &[u32; 3]| t.map(|index| self.vertices[index as usize].cast::<f64>());
         let mut total_m2 = 0.0;
         let areas_m2: Vec<f64> = self
             .triangles
             .iter()
             .map(|triangle| {
-                let [a, b, c] = corners(triangle);
-                total_m2 += 0.5 * (b - a).cross(&(c - a)).norm();
+                total_m2 += triangle::area(self.corners(triangle));
                 total_m2
             })
             .collect();
@@ -26,7 +25,7 @@ impl Mesh {
             .map(|_| {
                 let place_m2 = random.random_range(0.0..total_m2);
                 let index = areas_m2.partition_point(|&end_m2| end_m2 <= place_m2);
-                let [a, b, c] = corners(&self.triangles[index]);
+                let [a, b, c] = self.corners(&self.triangles[index]);
                 let (mut u, mut v): (f64, f64) = (random.random(), random.random());
                 if u + v > 1.0 {
                     (u, v) = (1.0 - u, 1.0 - v);

@@ -1,22 +1,40 @@
-//! The connections that a service has at a time, and which of them make room for a new one.
+//! The connections that a server has at a time, and which of them make room for a new one.
 
 use std::collections::HashMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tokio::sync::oneshot;
+use tokio::sync::Notify;
 
-/// Connections of a service at a time.
-const CALLERS_MAX: usize = 64;
-/// Requests of one computer that are worked on at a time: others find room whatever it asks for.
-const WORKING_MAX_PER_PEER: usize = 16;
+/// How many connections a server has at a time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Capacity {
+    /// All together.
+    pub connections: usize,
+    /// Of one computer, in use: others find room whatever it asks for.
+    pub in_use_per_peer: usize,
+}
 
-/// The callers of a service. Clones share them.
+impl Capacity {
+    /// Of a service, and of the server that answers other nodes.
+    pub const CALLS: Self = Self {
+        connections: 64,
+        in_use_per_peer: 16,
+    };
+    /// Of the topics that a node publishes, all together: a bag recorder takes one connection for each.
+    pub const SUBSCRIBERS: Self = Self {
+        connections: 256,
+        in_use_per_peer: 192,
+    };
+}
+
+/// The callers of a server. Clones share them.
 ///
-/// Only those whose request is worked on keep their place for sure. Where all places are taken, the computer with the most
-/// connections loses the one that has been silent longest, be it that its header has not come or that it keeps a
-/// persistent connection.
-#[derive(Clone, Default)]
+/// Only those in use keep their place for sure: a request is worked on, or a topic is sent. Where all places are taken, the
+/// computer with the most connections loses the one that has been idle longest, be it that its header has not come or that
+/// it keeps a persistent connection.
+#[derive(Clone)]
 pub(crate) struct Callers {
+    capacity: Capacity,
     table: Arc<Mutex<Table>>,
 }
 
@@ -29,36 +47,41 @@ struct Table {
 
 struct Entry {
     peer: IpAddr,
-    is_working: bool,
+    is_in_use: bool,
     /// Of the table's events, the last that concerned this entry.
     last_event: u64,
-    /// Dropped to put the connection out.
-    _keep: oneshot::Sender<()>,
+    /// Notified to put the connection out.
+    put_out: Arc<Notify>,
 }
 
 /// A connection among the callers, until dropped.
 pub(crate) struct Place {
     callers: Callers,
     id: u64,
-    /// Ends when the connection has to make room.
-    pub put_out: oneshot::Receiver<()>,
+    put_out: Arc<Notify>,
 }
 
 impl Callers {
-    /// A place for a connection from `peer`; `None` where requests are worked on in all of them.
+    pub fn new(capacity: Capacity) -> Self {
+        let table = Arc::default();
+        Self { capacity, table }
+    }
+
+    /// A place for a connection from `peer`; `None` where all of them are in use.
     pub fn enter(&self, peer: IpAddr) -> Option<Place> {
         let mut table = self.table();
-        if table.places.len() >= CALLERS_MAX {
+        if table.places.len() >= self.capacity.connections {
             let victim = table.victim()?;
-            table.places.remove(&victim);
+            let put_out = table.places.remove(&victim)?.put_out;
+            put_out.notify_one();
         }
         let id = table.next_event();
-        let (keep, put_out) = oneshot::channel();
+        let put_out = Arc::new(Notify::new());
         let entry = Entry {
             peer,
-            is_working: false,
+            is_in_use: false,
             last_event: id,
-            _keep: keep,
+            put_out: Arc::clone(&put_out),
         };
         table.places.insert(id, entry);
         let callers = self.clone();
@@ -85,7 +108,7 @@ impl Table {
         for entry in self.places.values() {
             *counts.entry(entry.peer).or_insert(0_usize) += 1;
         }
-        let silent = self.places.iter().filter(|(_, entry)| !entry.is_working);
+        let silent = self.places.iter().filter(|(_, entry)| !entry.is_in_use);
         let rank = |entry: &Entry| {
             (
                 counts.get(&entry.peer).copied(),
@@ -99,26 +122,32 @@ impl Table {
 }
 
 impl Place {
-    /// Keeps the place while a request is worked on; `false` where the computer has too many of those already.
-    pub fn begin_work(&self) -> bool {
+    /// Returns when the connection has to make room.
+    pub async fn put_out(&self) {
+        self.put_out.notified().await;
+    }
+
+    /// Keeps the place while it is in use; `false` where the computer has too many of those already.
+    pub fn begin_use(&self) -> bool {
         let mut table = self.callers.table();
         let Some(peer) = table.places.get(&self.id).map(|entry| entry.peer) else {
             return false;
         };
-        let is_live = |entry: &&Entry| entry.is_working && entry.peer == peer;
-        let has_room = table.places.values().filter(is_live).count() < WORKING_MAX_PER_PEER;
+        let is_live = |entry: &&Entry| entry.is_in_use && entry.peer == peer;
+        let in_use = table.places.values().filter(is_live).count();
+        let has_room = in_use < self.callers.capacity.in_use_per_peer;
         if has_room && let Some(entry) = table.places.get_mut(&self.id) {
-            entry.is_working = true;
+            entry.is_in_use = true;
         }
         has_room
     }
 
-    /// From now on the connection is silent.
-    pub fn end_work(&self) {
+    /// From now on the connection is idle.
+    pub fn end_use(&self) {
         let mut table = self.callers.table();
         let last_event = table.next_event();
         if let Some(entry) = table.places.get_mut(&self.id) {
-            entry.is_working = false;
+            entry.is_in_use = false;
             entry.last_event = last_event;
         }
     }
@@ -138,51 +167,55 @@ mod tests {
     const LAB: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 1));
     const STRANGER: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 9));
 
-    fn is_out(place: &mut Place) -> bool {
-        !matches!(
-            place.put_out.try_recv(),
-            Err(oneshot::error::TryRecvError::Empty)
-        )
+    /// Whether it has to make room; to be asked once.
+    fn is_out(place: &Place) -> bool {
+        let waiting = std::pin::pin!(place.put_out());
+        let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+        waiting.poll(&mut context).is_ready()
     }
 
     #[test]
-    fn the_longest_silent_of_the_most_frequent_peer_makes_room() {
-        let callers = Callers::default();
-        let mut own = callers.enter(LAB).unwrap();
-        let mut strangers: Vec<Place> = (1..CALLERS_MAX)
+    fn the_longest_idle_of_the_most_frequent_peer_makes_room() {
+        let callers = Callers::new(Capacity::CALLS);
+        let own = callers.enter(LAB).unwrap();
+        let strangers: Vec<Place> = (1..Capacity::CALLS.connections)
             .map(|_| callers.enter(STRANGER).unwrap())
             .collect();
-        assert!(strangers[0].begin_work());
-        strangers[0].end_work();
+        assert!(strangers[0].begin_use());
+        strangers[0].end_use();
         let _new = callers.enter(LAB).unwrap();
         let out: Vec<usize> = (0..strangers.len())
-            .filter(|&index| is_out(&mut strangers[index]))
+            .filter(|&index| is_out(&strangers[index]))
             .collect();
         assert_eq!(out, [1]);
-        assert!(!is_out(&mut own));
+        assert!(!is_out(&own));
     }
 
     #[test]
-    fn work_keeps_its_place_and_is_counted_for_each_peer() {
-        let callers = Callers::default();
-        let mut strangers: Vec<Place> = (0..CALLERS_MAX)
+    fn what_is_in_use_keeps_its_place_and_is_counted_for_each_peer() {
+        let Capacity {
+            connections,
+            in_use_per_peer,
+        } = Capacity::CALLS;
+        let callers = Callers::new(Capacity::CALLS);
+        let strangers: Vec<Place> = (0..connections)
             .map(|_| callers.enter(STRANGER).unwrap())
             .collect();
-        let working = strangers.iter().filter(|place| place.begin_work()).count();
-        assert_eq!(working, WORKING_MAX_PER_PEER);
-        for _ in 0..2 * CALLERS_MAX {
-            assert!(callers.enter(LAB).unwrap().begin_work());
+        let in_use = strangers.iter().filter(|place| place.begin_use()).count();
+        assert_eq!(in_use, in_use_per_peer);
+        for _ in 0..2 * connections {
+            assert!(callers.enter(LAB).unwrap().begin_use());
         }
-        let out = strangers.iter_mut().map(is_out).filter(|out| *out).count();
-        assert_eq!(out, 1);
+        assert_eq!(strangers.iter().filter(|place| is_out(place)).count(), 1);
     }
 
     #[test]
-    fn nobody_enters_where_all_work() {
-        let callers = Callers::default();
-        let peers = (0..CALLERS_MAX).map(|index| IpAddr::from([10, 0, 1, index as u8]));
+    fn nobody_enters_where_all_are_in_use() {
+        let callers = Callers::new(Capacity::CALLS);
+        let peers =
+            (0..Capacity::CALLS.connections).map(|index| IpAddr::from([10, 0, 1, index as u8]));
         let places: Vec<Place> = peers.map(|peer| callers.enter(peer).unwrap()).collect();
-        assert!(places.iter().all(Place::begin_work));
+        assert!(places.iter().all(Place::begin_use));
         assert!(callers.enter(LAB).is_none());
         drop(places);
         assert!(callers.enter(LAB).is_some());

@@ -3,10 +3,33 @@
 use rosrust::Time;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 
 /// Steps back that are no jump: stamps from several computers are not in order to the millisecond.
 const JUMP_MIN_NS: i64 = 500_000_000;
+
+/// Simulated time, ns; this where the computer's own counts.
+const WALL_CLOCK: i64 = i64::MIN;
+static SIMULATED_NS: AtomicI64 = AtomicI64::new(WALL_CLOCK);
+
+/// ROS time now; zero while simulated time has not begun.
+pub(crate) fn now() -> Time {
+    match SIMULATED_NS.load(Ordering::Relaxed) {
+        WALL_CLOCK => {
+            let since_epoch = SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .unwrap_or_default();
+            Time::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
+        }
+        simulated_ns => Time::from_nanos(simulated_ns),
+    }
+}
+
+/// From now on simulated time counts, and it is `now`.
+pub(crate) fn simulate(now: Time) {
+    SIMULATED_NS.store(now.nanos(), Ordering::Relaxed);
+}
 
 /// ROS time: the computer's, or /clock's where `/use_sim_time` is set.
 ///
@@ -29,7 +52,7 @@ impl Clock {
 
     /// The time now; zero while simulated time has not begun.
     pub fn now(&self) -> Time {
-        rosrust::now()
+        now()
     }
 
     /// Counts the jumps back since the node started.
@@ -44,14 +67,14 @@ impl Clock {
         }
     }
 
-    /// Compares the time with the latest seen. Called often by the supervisor.
+    /// Compares the time with the latest seen. Called often.
     pub(crate) fn observe(&self, now: Time) {
         let now_ns = now.nanos();
         let latest_ns = self.latest_ns.swap(now_ns, Ordering::Relaxed);
-        if latest_ns != i64::MIN && now_ns < latest_ns - JUMP_MIN_NS {
+        if latest_ns != i64::MIN && now_ns < latest_ns.saturating_sub(JUMP_MIN_NS) {
             log::warn!(
                 "time jumped back by {:.1} s; starting afresh",
-                (latest_ns - now_ns) as f64 * 1e-9
+                latest_ns.saturating_sub(now_ns) as f64 * 1e-9
             );
             if let Ok(callbacks) = self.on_jump.lock() {
                 callbacks.iter().for_each(|forget| forget());

@@ -1,11 +1,12 @@
 //! What must be right around a node before it starts.
 
+use crate::names::{self, special_argument};
 use crate::xmlrpc;
 use std::net::ToSocketAddrs;
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
-/// How long the master has to answer, before anything is asked that rosrust would wait for without end.
+/// How long the master has to answer at the start of a node.
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 /// How long a node waits for the master: roslaunch starts both together.
 const MASTER_WAIT: Duration = Duration::from_secs(10);
@@ -39,60 +40,60 @@ pub enum EnvironmentError {
 
 /// Checks the addresses in the environment and waits until the master accepts connections.
 ///
-/// rosrust leaks threads with each start that finds no master, so it is asked only once there is one.
-pub fn check() -> Result<(), EnvironmentError> {
-    let argument = |name: &str| std::env::args().any(|argument| argument.starts_with(name));
-    if !argument("__ip:=") && !argument("__hostname:=") {
-        check_address(
+/// Returns this computer's name or address, as others are told.
+///
+/// # Errors
+/// Names what is wrong and the remedy.
+pub async fn check() -> Result<String, EnvironmentError> {
+    let argument = special_argument("__hostname:=").or_else(|| special_argument("__ip:="));
+    let host = match argument {
+        Some(host) => host,
+        None => address(
             variable("ROS_IP").as_deref(),
             variable("ROS_HOSTNAME").as_deref(),
-        )?;
-    }
-    wait_for_master(&master_uri(), Instant::now() + MASTER_WAIT)
+        )?,
+    };
+    wait_for_master(&master_uri(), Instant::now() + MASTER_WAIT).await?;
+    Ok(host)
 }
 
 /// Where the master is.
 pub(crate) fn master_uri() -> String {
-    std::env::args()
-        .find_map(|argument| argument.strip_prefix("__master:=").map(str::to_owned))
+    special_argument("__master:=")
         .or_else(|| variable("ROS_MASTER_URI"))
         .unwrap_or_else(|| "http://localhost:11311".into())
-}
-
-/// Whether the master answers now.
-pub(crate) fn check_master() -> std::io::Result<()> {
-    xmlrpc::ping(&master_uri(), MASTER_DEADLINE).map(drop)
 }
 
 fn variable(name: &str) -> Option<String> {
     std::env::var(name).ok().filter(|value| !value.is_empty())
 }
 
-fn check_address(ip: Option<&str>, hostname: Option<&str>) -> Result<(), EnvironmentError> {
+fn address(ip: Option<&str>, hostname: Option<&str>) -> Result<String, EnvironmentError> {
     match (hostname, ip) {
         (Some(name), _) => match (name, 0).to_socket_addrs().map(|mut found| found.next()) {
-            Ok(Some(_)) => Ok(()),
+            Ok(Some(_)) => Ok(name.into()),
             _ => Err(EnvironmentError::UnknownHost(name.into())),
         },
         (None, Some(ip)) => ip
             .parse::<std::net::Ipv4Addr>()
-            .map(|_| ())
+            .map(|_| ip.into())
             .map_err(|_| EnvironmentError::BadAddress(ip.into())),
         (None, None) => Err(EnvironmentError::NoAddress),
     }
 }
 
-fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
+async fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
     xmlrpc::authority(uri).ok_or_else(|| EnvironmentError::BadMaster(uri.into()))?;
-    loop {
-        if xmlrpc::ping(uri, MASTER_DEADLINE).is_ok() {
-            return Ok(());
-        }
+    while xmlrpc::call(uri, "getPid", &[names::own().into()], MASTER_DEADLINE)
+        .await
+        .is_err()
+    {
         if Instant::now() > deadline {
             return Err(EnvironmentError::NoMaster(uri.into()));
         }
-        std::thread::sleep(MASTER_POLL);
+        tokio::time::sleep(MASTER_POLL).await;
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -101,22 +102,22 @@ mod tests {
 
     #[test]
     fn an_address_is_required() {
-        assert_eq!(check_address(None, None), Err(EnvironmentError::NoAddress));
-        assert_eq!(check_address(Some("127.0.0.1"), None), Ok(()));
+        assert_eq!(address(None, None), Err(EnvironmentError::NoAddress));
+        assert_eq!(address(Some("127.0.0.1"), None), Ok("127.0.0.1".into()));
         assert_eq!(
-            check_address(Some("main"), None),
+            address(Some("main"), None),
             Err(EnvironmentError::BadAddress("main".into()))
         );
-        assert_eq!(check_address(None, Some("localhost")), Ok(()));
+        assert_eq!(address(None, Some("localhost")), Ok("localhost".into()));
         let unknown = "no-such-host.invalid";
         assert_eq!(
-            check_address(Some("127.0.0.1"), Some(unknown)),
+            address(Some("127.0.0.1"), Some(unknown)),
             Err(EnvironmentError::UnknownHost(unknown.into()))
         );
     }
 
-    #[test]
-    fn a_missing_master_is_named() {
+    #[tokio::test]
+    async fn a_missing_master_is_named() {
         let soon = Instant::now();
         for bad in [
             "localhost:11311",
@@ -124,7 +125,7 @@ mod tests {
             "http://localhost:port",
         ] {
             assert_eq!(
-                wait_for_master(bad, soon),
+                wait_for_master(bad, soon).await,
                 Err(EnvironmentError::BadMaster(bad.into()))
             );
         }
@@ -134,7 +135,7 @@ mod tests {
             .map_or(1, |address| address.port());
         let uri = format!("http://127.0.0.1:{port}/");
         assert_eq!(
-            wait_for_master(&uri, soon),
+            wait_for_master(&uri, soon).await,
             Err(EnvironmentError::NoMaster(uri))
         );
     }

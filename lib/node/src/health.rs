@@ -2,9 +2,10 @@
 
 mod links;
 
-use crate::link::Report;
-use crate::publisher::{Latch, Publisher};
+use crate::clock;
+use crate::publisher::Publisher;
 use links::Links;
+pub(crate) use links::Report;
 use msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -52,10 +53,6 @@ impl Health {
         }
     }
 
-    pub(crate) fn new_publisher() -> rosrust::error::Result<Publisher<DiagnosticArray>> {
-        Publisher::new("/diagnostics", 10, Latch::No)
-    }
-
     /// Says which hardware this node stands for.
     pub fn set_hardware(&self, hardware_id: impl Into<String>) {
         self.state().hardware_id = hardware_id.into();
@@ -80,7 +77,7 @@ impl Health {
             status,
             ..Default::default()
         };
-        message.header.stamp = rosrust::now();
+        message.header.stamp = clock::now();
         self.publisher.send(message);
     }
 

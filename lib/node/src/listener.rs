@@ -3,10 +3,10 @@
 use crate::node::Node;
 use crate::subscriber::{Expect, Subscriber};
 use crate::transforms::{TransformBuffer, TransformError};
+use msg::Time;
 use msg::tf2_msgs::TFMessage;
 use msg::transform::to_isometry;
 use nalgebra::Isometry3;
-use rosrust::Time;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::Notify;

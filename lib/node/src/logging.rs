@@ -1,23 +1,21 @@
 //! The `log` macros to the terminal and, for our own records, to /rosout.
 
+use crate::names;
+use crate::publisher::Publisher;
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use msg::rosgraph_msgs;
+use std::io::IsTerminal;
 use std::sync::OnceLock;
 
-/// Libraries that log while they hold rosrust's global lock, so that their records must not go through it again.
-const TERMINAL_ONLY: [&str; 6] = ["rosrust", "xml_rpc", "hyper", "tiny_http", "ort", "tokio"];
-
-/// Levels of `rosgraph_msgs/Log`.
-const ROS_DEBUG: i8 = 1;
-const ROS_INFO: i8 = 2;
-const ROS_WARN: i8 = 4;
-const ROS_ERROR: i8 = 8;
+/// Libraries whose records are shown from warnings on, and do not go to /rosout.
+const LIBRARIES: [&str; 3] = ["rosrust", "ort", "tokio"];
 
 struct Logger {
-    node: OnceLock<String>,
+    rosout: OnceLock<Publisher<rosgraph_msgs::Log>>,
 }
 
 static LOGGER: Logger = Logger {
-    node: OnceLock::new(),
+    rosout: OnceLock::new(),
 };
 
 /// Installs the logger; `RUST_LOG` (error, warn, info, debug) sets what is shown, info unless set.
@@ -31,39 +29,62 @@ pub(crate) fn install() {
 }
 
 /// From here on records go to /rosout too.
-pub(crate) fn connect(node: &str) {
-    // A second call would only repeat the same name.
-    let _ = LOGGER.node.set(node.into());
+pub(crate) fn connect(rosout: Publisher<rosgraph_msgs::Log>) {
+    // There is one node in a process.
+    let _ = LOGGER.rosout.set(rosout);
 }
 
 impl Log for Logger {
     fn enabled(&self, metadata: &Metadata) -> bool {
-        let ours = !TERMINAL_ONLY
-            .iter()
-            .any(|name| metadata.target().starts_with(name));
-        ours || metadata.level() <= Level::Warn
+        is_ours(metadata) || metadata.level() <= Level::Warn
     }
 
     fn log(&self, record: &Record) {
         if !self.enabled(record.metadata()) {
             return;
         }
-        let ours = !TERMINAL_ONLY
-            .iter()
-            .any(|name| record.target().starts_with(name));
-        let (text, file) = (record.args().to_string(), record.file().unwrap_or_default());
-        if ours && self.node.get().is_some() && rosrust::is_initialized() {
-            let level = match record.level() {
-                Level::Error => ROS_ERROR,
-                Level::Warn => ROS_WARN,
-                Level::Info => ROS_INFO,
-                Level::Debug | Level::Trace => ROS_DEBUG,
-            };
-            rosrust::log(level, text, file, record.line().unwrap_or_default());
-        } else {
-            eprintln!("[{} {}]: {text}", record.level(), record.target());
+        let (file, line) = (
+            record.file().unwrap_or_default(),
+            record.line().unwrap_or_default(),
+        );
+        let (level, text) = (record.level(), record.args());
+        show(level, &format!("[{level} @ {file}:{line}]: {text}"));
+        if let Some(rosout) = self.rosout.get().filter(|_| is_ours(record.metadata())) {
+            rosout.send(rosgraph_msgs::Log {
+                level: match level {
+                    Level::Error => rosgraph_msgs::Log::ERROR,
+                    Level::Warn => rosgraph_msgs::Log::WARN,
+                    Level::Info => rosgraph_msgs::Log::INFO,
+                    Level::Debug | Level::Trace => rosgraph_msgs::Log::DEBUG,
+                },
+                msg: text.to_string(),
+                name: names::own().into(),
+                file: file.into(),
+                line,
+                ..Default::default()
+            });
         }
     }
 
     fn flush(&self) {}
+}
+
+fn is_ours(metadata: &Metadata) -> bool {
+    !LIBRARIES
+        .iter()
+        .any(|name| metadata.target().starts_with(name))
+}
+
+/// As ROS's own loggers do: troubles on stderr, in colour where a person looks.
+fn show(level: Level, line: &str) {
+    let colour = match level {
+        Level::Error => "31",
+        Level::Warn => "33",
+        _ => return println!("{line}"),
+    };
+    if std::io::stderr().is_terminal() {
+        eprintln!("\x1b[{colour}m{line}\x1b[0m");
+    } else {
+        eprintln!("{line}");
+    }
 }

@@ -1,62 +1,55 @@
-//! The master's list of services. rosrust registers only servers of its own making.
+//! The ROS master and its parameter server: <https://wiki.ros.org/ROS/Master_API>.
 
-use crate::{environment, xmlrpc};
+use crate::xmlrpc::{self, Value};
+use crate::{environment, names};
+use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
+use tokio::runtime::Handle;
 
-/// How long the master has to answer.
-const DEADLINE: Duration = Duration::from_secs(2);
+/// How long the master has to answer: it is asked by everybody at once when all starts.
+const DEADLINE: Duration = Duration::from_secs(5);
 
-/// Lists the service `name` at `uri` (rosrpc://HOST:PORT), in place of any other of that name.
-pub(crate) fn register_service(name: &str, uri: &str) -> io::Result<()> {
-    let arguments = [&rosrust::name()[..], name, uri, &rosrust::uri()];
-    call("registerService", &arguments).map(drop)
+/// Nodes by the topics that they publish or read.
+pub(crate) type Topics = BTreeMap<String, Vec<String>>;
+
+/// Calls `method` of the master, whose first argument is always this node's name.
+pub(crate) async fn call(method: &str, arguments: &[Value]) -> io::Result<Value> {
+    let arguments = [&[names::own().into()], arguments].concat();
+    xmlrpc::call_ros(&environment::master_uri(), method, &arguments, DEADLINE).await
 }
 
-/// Takes the service `name` at `uri` from the list.
-pub(crate) fn unregister_service(name: &str, uri: &str) -> io::Result<()> {
-    call("unregisterService", &[&rosrust::name(), name, uri]).map(drop)
+/// Waits for an answer where nothing can be awaited; to be called within the runtime.
+pub(crate) fn blocking<T>(answer: impl Future<Output = T>) -> T {
+    tokio::task::block_in_place(|| Handle::current().block_on(answer))
 }
 
 /// Where the service `name` is: host and port. `None` where nobody offers it.
-pub(crate) fn lookup_service(name: &str) -> io::Result<Option<String>> {
-    let answer = call("lookupService", &[&rosrust::name(), name])?;
-    Ok(rosrpc_address(&answer).map(str::to_owned))
+pub(crate) async fn lookup_service(name: &str) -> Option<String> {
+    let uri = call("lookupService", &[name.into()]).await.ok()?;
+    let address = uri.as_text()?.strip_prefix("rosrpc://")?;
+    Some(address.trim_end_matches('/').to_owned())
 }
 
-fn call(method: &str, arguments: &[&str]) -> io::Result<String> {
-    xmlrpc::call(&environment::master_uri(), method, arguments, DEADLINE)
+/// Where the node `name` is.
+pub(crate) async fn lookup_node(name: &str) -> io::Result<String> {
+    let uri = call("lookupNode", &[name.into()]).await?;
+    uri.into_text().ok_or_else(|| io::Error::other("no URI"))
 }
 
-/// Host and port in an answer that has a service's URI. The master's words quote it before it comes as the value.
-fn rosrpc_address(answer: &str) -> Option<&str> {
-    let (_, rest) = answer.rsplit_once("rosrpc://")?;
-    let address = rest.split(['<', '/']).next()?;
-    let (_, port) = address.rsplit_once(':')?;
-    port.parse::<u16>().is_ok().then_some(address)
+/// The nodes that publish, and those that read each topic.
+pub(crate) async fn topics() -> io::Result<[Topics; 2]> {
+    let state = call("getSystemState", &[]).await?;
+    let mut lists = state.into_array().unwrap_or_default().into_iter();
+    let mut next = || lists.next().map(topics_of).unwrap_or_default();
+    Ok([next(), next()])
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_are_found_in_answers() {
-        let answer = |uri: &str| {
-            format!(
-                "<string>rosrpc URI: [{uri}]</string></value><value><string>{uri}</string></value>"
-            )
-        };
-        let found = answer("rosrpc://arm:4711/");
-        assert_eq!(rosrpc_address(&found), Some("arm:4711"));
-        assert_eq!(
-            rosrpc_address(&answer("rosrpc://10.0.0.2:80")),
-            Some("10.0.0.2:80")
-        );
-        let quoted = "<string>rosrpc URI: [rosrpc://10.0.0.2:80]</string>";
-        let found = format!("{quoted}{}", answer("rosrpc://10.0.0.2:80"));
-        assert_eq!(rosrpc_address(&found), Some("10.0.0.2:80"));
-        assert_eq!(rosrpc_address(&answer("rosrpc://arm")), None);
-        assert_eq!(rosrpc_address(&answer("unknown service")), None);
-    }
+fn topics_of(list: Value) -> Topics {
+    let entry = |entry: Value| {
+        let mut entry = entry.into_array()?.into_iter();
+        Some((entry.next()?.into_text()?, entry.next()?.into_texts()))
+    };
+    let entries = list.into_array().unwrap_or_default();
+    entries.into_iter().filter_map(entry).collect()
 }

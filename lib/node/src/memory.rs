@@ -21,12 +21,3 @@ pub fn share_heap() {
         libc::mallopt(libc::M_TRIM_THRESHOLD, SPARE_BYTES);
     }
 }
-
-/// Returns what is free; called now and then, so that one worst moment does not make the process large for ever.
-#[allow(unsafe_code)] // no crate in use offers this call
-pub fn return_free() {
-    // SAFETY: the allocator locks its heap meanwhile; memory in use is not touched.
-    unsafe {
-        libc::malloc_trim(0);
-    }
-}

@@ -1,7 +1,9 @@
 //! Private parameters: read once, completed with their defaults, checked, and written back for all to see.
 
+use crate::xmlrpc as wire;
+use crate::{master, names};
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Serialize, Serializer};
 use serde_yaml::{Mapping, Value};
 use std::fmt::Display;
 use thiserror::Error;
@@ -35,20 +37,44 @@ pub enum ParameterError {
     },
 }
 
-/// Reads the private parameters of this node.
+/// Reads the private parameters of this node, after it has set those that the arguments give: `_NAME:=YAML`.
 pub(crate) fn read() -> Result<Value, ParameterError> {
-    let node = rosrust::name();
+    let node = names::own();
     let server = |reason: String| ParameterError::Server {
-        node: node.clone(),
+        node: node.into(),
         reason,
     };
-    let parameter =
-        rosrust::param(&node).ok_or_else(|| server("its name cannot be resolved".into()))?;
-    match parameter.exists() {
-        Ok(false) => Ok(Value::Mapping(Mapping::new())),
-        Ok(true) => parameter.get().map_err(|error| server(error.to_string())),
-        Err(error) => Err(server(error.to_string())),
+    for (name, text) in given(std::env::args().skip(1)) {
+        let value = serde_yaml::from_str(&text)
+            .ok()
+            .and_then(|value: Value| to_wire(&value))
+            .ok_or_else(|| server(format!("_{name}:={text} is no value")))?;
+        set(&name, value).map_err(|error| server(error.to_string()))?;
     }
+    let exists = master::blocking(master::call("hasParam", &[node.into()]));
+    match exists.map_err(|error| server(error.to_string()))? {
+        wire::Value::Bool(true) => {
+            let value = master::blocking(master::call("getParam", &[node.into()]));
+            value
+                .map(from_wire)
+                .map_err(|error| server(error.to_string()))
+        }
+        _ => Ok(Value::Mapping(Mapping::new())),
+    }
+}
+
+/// Private parameters among a program's arguments; names with two underscores are ROS's own.
+fn given(arguments: impl Iterator<Item = String>) -> Vec<(String, String)> {
+    let pair = |word: String| {
+        let (name, value) = word.strip_prefix('_')?.split_once(":=")?;
+        (!name.starts_with('_')).then(|| (name.to_owned(), value.to_owned()))
+    };
+    arguments.filter_map(pair).collect()
+}
+
+fn set(name: &str, value: wire::Value) -> std::io::Result<()> {
+    let name = format!("{}/{name}", names::own());
+    master::blocking(master::call("setParam", &[name[..].into(), value])).map(drop)
 }
 
 /// Makes `P` of `value`: what is absent has its default, what is unknown or out of range is an error.
@@ -76,32 +102,45 @@ pub(crate) fn write_back(parameters: &impl Serialize) {
     };
     for (key, value) in mapping {
         // XML-RPC has no word for "none".
-        let (Value::String(key), false) = (key, value.is_null()) else {
+        let (Value::String(key), Some(value)) = (key, to_wire(&value)) else {
             continue;
         };
-        let parameter = rosrust::param(&format!("~{key}"));
-        if let Some(Err(error)) = parameter.map(|parameter| parameter.set(&Wire(&value))) {
+        if let Err(error) = set(&key, value) {
             log::warn!("cannot write the parameter {key} back: {error}");
         }
     }
 }
 
-/// A value as rosrust can send it: of all whole numbers it knows 32-bit ones only, and makes strings of the others.
-struct Wire<'a>(&'a Value);
+/// The value as XML-RPC has it, whose whole numbers have 32 bits; `None` for nothing.
+fn to_wire(value: &Value) -> Option<wire::Value> {
+    Some(match value {
+        Value::Null => return None,
+        Value::Bool(value) => wire::Value::Bool(*value),
+        Value::Number(number) => match number.as_i64().map(i32::try_from) {
+            Some(Ok(whole)) => wire::Value::Int(whole),
+            _ => wire::Value::Double(number.as_f64().unwrap_or(f64::NAN)),
+        },
+        Value::String(text) => wire::Value::Text(text.clone()),
+        Value::Sequence(values) => values.iter().filter_map(to_wire).collect(),
+        Value::Mapping(entries) => {
+            let member =
+                |(key, value): (&Value, &Value)| Some((key.as_str()?.to_owned(), to_wire(value)?));
+            wire::Value::Struct(entries.iter().filter_map(member).collect())
+        }
+        Value::Tagged(tagged) => return to_wire(&tagged.value),
+    })
+}
 
-impl Serialize for Wire<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self.0 {
-            Value::Number(number) => match number.as_i64().map(i32::try_from) {
-                Some(Ok(whole)) => serializer.serialize_i32(whole),
-                _ => serializer.serialize_f64(number.as_f64().unwrap_or(f64::NAN)),
-            },
-            Value::Sequence(values) => serializer.collect_seq(values.iter().map(Wire)),
-            Value::Mapping(entries) => {
-                let entries = entries.iter().filter(|(_, value)| !value.is_null());
-                serializer.collect_map(entries.map(|(key, value)| (key, Wire(value))))
-            }
-            other => other.serialize(serializer),
+fn from_wire(value: wire::Value) -> Value {
+    match value {
+        wire::Value::Bool(value) => value.into(),
+        wire::Value::Int(value) => value.into(),
+        wire::Value::Double(value) => value.into(),
+        wire::Value::Text(text) => text.into(),
+        wire::Value::Array(values) => values.into_iter().map(from_wire).collect(),
+        wire::Value::Struct(members) => {
+            let member = |(name, value): (String, _)| (Value::from(name), from_wire(value));
+            Value::Mapping(members.into_iter().map(member).collect())
         }
     }
 }
@@ -143,6 +182,22 @@ mod tests {
             resolve_text("radius_m: 2").unwrap(),
             Sample { radius_m: 2.0 }
         );
+    }
+
+    #[test]
+    fn values_come_back_from_the_wire() {
+        let text = "{radius_m: 0.5, big: 5000000000, names: [a, b], deep: {on: true, none: null}}";
+        let sent: Value = serde_yaml::from_str(text).unwrap();
+        let back = from_wire(to_wire(&sent).unwrap());
+        let text = "{radius_m: 0.5, big: 5000000000.0, names: [a, b], deep: {on: true}}";
+        assert_eq!(back, serde_yaml::from_str::<Value>(text).unwrap());
+    }
+
+    #[test]
+    fn private_parameters_are_given_as_arguments() {
+        let words = ["_radius_m:=0.1", "__name:=crop", "views:=/views", "--json"];
+        let given = given(words.into_iter().map(str::to_owned));
+        assert_eq!(given, [("radius_m".to_owned(), "0.1".to_owned())]);
     }
 
     #[test]

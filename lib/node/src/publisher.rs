@@ -1,140 +1,121 @@
-//! Publishers that survive a restarted master, and whose latched messages also reach those who cannot know of latching.
+//! What a node publishes a topic with.
 
-use crate::link::Tended;
-use rosrust::Message;
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
-use std::time::{Duration, Instant};
+use crate::publication::Publication;
+use crate::{clock, names};
+use rosrust::{Clock, Message, Time};
+use std::marker::PhantomData;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::time::Duration;
+use tokio::time::{Instant, timeout, timeout_at};
 
-/// rosrust does not tell subscribers that a topic is latched, so that rosbag records it once and replays it never again.
-const REPEAT: Duration = Duration::from_secs(1);
-/// Pause between looks for a listener; rosrust tells nobody when one comes.
-const LISTENER_PERIOD: Duration = Duration::from_millis(20);
+/// How long a topic may be without listeners before nobody is said to wait for it.
+const UNHEARD_MAX: Duration = Duration::from_secs(3);
 
 /// Whether late subscribers get the last message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Latch {
     /// They wait for the next one.
     No,
-    /// They get it at once, and everybody again each second: receivers must know repeated messages by their content.
+    /// They get it at once, and their header says so: rosbag keeps it for replays that begin later.
     Yes,
 }
 
 /// A topic that this node publishes. Clones share it.
-#[derive(Clone)]
 pub struct Publisher<T: Message> {
-    core: Arc<Core<T>>,
+    name: Arc<str>,
+    publication: Arc<Publication>,
+    /// Numbers the messages that have a header.
+    numbers: Arc<AtomicUsize>,
+    message: PhantomData<fn(T)>,
 }
 
-struct Core<T: Message> {
-    topic: String,
-    queue: usize,
-    latch: Latch,
-    link: RwLock<Option<rosrust::Publisher<T>>>,
-    last: Mutex<Option<(T, Instant)>>,
+impl<T: Message> Clone for Publisher<T> {
+    fn clone(&self) -> Self {
+        Self {
+            name: Arc::clone(&self.name),
+            publication: Arc::clone(&self.publication),
+            numbers: Arc::clone(&self.numbers),
+            message: PhantomData,
+        }
+    }
 }
 
 impl<T: Message> Publisher<T> {
-    pub(crate) fn new(topic: &str, queue: usize, latch: Latch) -> rosrust::error::Result<Self> {
-        let core = Core {
-            topic: topic.into(),
-            queue,
-            latch,
-            link: RwLock::new(None),
-            last: Mutex::new(None),
-        };
-        core.connect()?;
-        Ok(Self {
-            core: Arc::new(core),
-        })
-    }
-
-    pub(crate) fn tended(&self) -> Arc<dyn Tended> {
-        Arc::clone(&self.core) as Arc<dyn Tended>
-    }
-
-    /// Name of the topic.
-    pub fn topic(&self) -> &str {
-        &self.core.topic
-    }
-
-    /// Queues `message` for all subscribers.
-    pub fn send(&self, message: T) {
-        if self.core.latch == Latch::Yes {
-            let mut last = self
-                .core
-                .last
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner);
-            *last = Some((message.clone(), Instant::now()));
+    pub(crate) fn new(name: &str, publication: Arc<Publication>) -> Self {
+        Self {
+            name: name.into(),
+            publication,
+            numbers: Arc::default(),
+            message: PhantomData,
         }
-        self.core.send(message);
     }
 
-    /// Whether anybody listens. A subscriber that vanished counts until the next message to it fails.
+    /// Name of the topic, as it was given.
+    pub fn topic(&self) -> &str {
+        &self.name
+    }
+
+    /// Queues `message` for all subscribers. A header without stamp or number gets them.
+    pub fn send(&self, mut message: T) {
+        if !self.publication.is_wanted() {
+            return;
+        }
+        let clock: Arc<dyn Clock> = Arc::new(Stamps);
+        message.set_header(&clock, &self.numbers);
+        match message.encode_vec() {
+            Ok(bytes) => self.publication.send(bytes.into()),
+            Err(error) => log::error!("cannot publish on {}: {error}", self.name),
+        }
+    }
+
+    /// Whether anybody listens.
     pub fn is_subscribed(&self) -> bool {
-        self.core.is_subscribed()
+        self.publication.is_subscribed()
+    }
+
+    /// Names of the nodes that listen now, this one included where it does. A node that died or was unplugged is missing
+    /// within 3 s.
+    pub fn subscribers(&self) -> Vec<String> {
+        self.publication.subscribers()
     }
 
     /// Waits until somebody listens, so that what is sent next is not lost; `false` when nobody does in time.
     pub async fn until_subscribed(&self, patience: Duration) -> bool {
-        let deadline = Instant::now() + patience;
-        while !self.is_subscribed() {
-            if Instant::now() >= deadline {
-                return false;
-            }
-            tokio::time::sleep(LISTENER_PERIOD).await;
-        }
-        true
-    }
-}
-
-impl<T: Message> Core<T> {
-    fn connect(&self) -> rosrust::error::Result<()> {
-        let mut link = self.link.write().unwrap_or_else(PoisonError::into_inner);
-        // The old handle must be gone first: its end unregisters the topic, whoever else holds it.
-        *link = None;
-        let mut fresh = rosrust::publish(&self.topic, self.queue)?;
-        fresh.set_latching(self.latch == Latch::Yes);
-        *link = Some(fresh);
-        Ok(())
-    }
-
-    fn send(&self, message: T) {
-        let link = self.link.read().unwrap_or_else(PoisonError::into_inner);
-        if let Some(Err(error)) = link.as_ref().map(|link| link.send(message)) {
-            log::error!("cannot publish on {}: {error}", self.topic);
-        }
-    }
-
-    fn is_subscribed(&self) -> bool {
-        let link = self.link.read().unwrap_or_else(PoisonError::into_inner);
-        link.as_ref()
-            .is_some_and(|link| link.subscriber_count() > 0)
-    }
-}
-
-impl<T: Message> Tended for Core<T> {
-    fn tend(&self) {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some((message, sent)) = last.as_mut() else {
-            return;
+        let subscribed = async {
+            let mut changes = self.publication.changes();
+            while !self.is_subscribed() && changes.changed().await.is_ok() {}
         };
-        if sent.elapsed() >= REPEAT && self.is_subscribed() {
-            *sent = Instant::now();
-            self.send(message.clone());
-        }
+        timeout(patience, subscribed).await.is_ok()
     }
 
-    fn renew(&self) {
-        if let Err(error) = self.connect() {
-            log::error!(
-                "cannot register the publisher of {} again: {error}",
-                self.topic
-            );
+    /// Waits until no other node has listened for 3 s, as with the callers of services: nobody waits any more.
+    pub async fn until_unheard(&self) {
+        let mut changes = self.publication.changes();
+        let is_other = |name: &String| name != names::own();
+        let mut unheard_since = Instant::now();
+        loop {
+            if self.subscribers().iter().any(is_other) {
+                // The sender lives as long as the publication.
+                let _ = changes.changed().await;
+                unheard_since = Instant::now();
+            } else if timeout_at(unheard_since + UNHEARD_MAX, changes.changed())
+                .await
+                .is_err()
+            {
+                return;
+            }
         }
     }
+}
 
-    fn close(&self) {
-        *self.link.write().unwrap_or_else(PoisonError::into_inner) = None;
+/// ROS time for rosrust, which stamps messages but is asked for nothing else.
+struct Stamps;
+
+impl Clock for Stamps {
+    fn now(&self) -> Time {
+        clock::now()
     }
+    fn sleep(&self, _: rosrust::Duration) {}
+    fn wait_until(&self, _: Time) {}
 }

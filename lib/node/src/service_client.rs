@@ -1,14 +1,13 @@
 //! Calls of services that end when nobody waits for them any more.
 //!
-//! rosrust's client waits for ever on a server that accepts and never answers, and a call that was given up keeps its
-//! connection: the server could not know that its caller has left.
+//! The end of the connection tells the server that its caller has left.
 
 use crate::bounded::{Request, Response};
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
-use crate::master;
-use crate::service::{CallError, resolved};
+use crate::service::CallError;
 use crate::tcpros::{block, header, read_block, read_header, set_options};
+use crate::{master, names};
 use msg::service::Service;
 use rosrust::RosMsg;
 use std::io;
@@ -56,7 +55,7 @@ pub(crate) async fn call<S: Service>(
             reason,
         },
     };
-    let service = resolved(name).map_err(|error| failed(format!("{error:#}")))?;
+    let service = names::resolve(name).map_err(|error| failed(format!("{error:#}")))?;
     let mut bytes = Vec::new();
     let encoded = Request::<S>(request).encode(&mut bytes);
     encoded.map_err(|error| failed(error.to_string()))?;
@@ -111,8 +110,7 @@ async fn connect(service: &str) -> TcpStream {
 }
 
 async fn dial(service: &str) -> io::Result<TcpStream> {
-    let owned = service.to_owned();
-    let address = tokio::task::spawn_blocking(move || master::lookup_service(&owned)).await??;
+    let address = master::lookup_service(service).await;
     TcpStream::connect(address.ok_or(io::ErrorKind::NotFound)?).await
 }
 
@@ -120,7 +118,7 @@ async fn dial(service: &str) -> io::Result<TcpStream> {
 async fn ask<S: Service>(stream: &mut TcpStream, service: &str, request: &[u8]) -> io::Result<()> {
     set_options(stream)?;
     let introduction = header(&[
-        ("callerid", &rosrust::name()),
+        ("callerid", names::own()),
         ("service", service),
         ("md5sum", &S::md5sum()),
         ("type", &S::msg_type()),

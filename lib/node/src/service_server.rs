@@ -1,13 +1,14 @@
 //! A server of services that knows whether its callers are still there.
 //!
-//! rosrust's own hides the connection from the handler, so that nobody learns that a caller has died, and reads each
-//! caller's header on the thread that accepts the next one.
+//! A caller that waits keeps its connection open; the handler is told when it ends.
 
 use crate::bounded::{Request, Response};
-use crate::callers::{Callers, Place};
+use crate::callers::{Callers, Capacity, Place};
+use crate::graph::listen;
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
-use crate::shutdown::{self, Work};
+use crate::names;
+use crate::shutdown::{self, REQUESTS};
 use crate::tcpros::{block, header, read_block, read_header, set_options};
 use msg::service::Service;
 use rosrust::RosMsg;
@@ -63,11 +64,7 @@ impl ServiceServer {
         host: &str,
         handler: Arc<impl Handler<S>>,
     ) -> io::Result<Self> {
-        let is_local = host == "localhost" || host.starts_with("127.");
-        let address = (if is_local { host } else { "0.0.0.0" }, 0);
-        let listener = std::net::TcpListener::bind(address)?;
-        listener.set_nonblocking(true)?;
-        let listener = TcpListener::from_std(listener)?;
+        let listener = listen(host)?;
         let port = listener.local_addr()?.port();
         let name = Arc::from(name);
         let accepting = tokio::spawn(accept_all(listener, name, handler));
@@ -90,25 +87,23 @@ async fn accept_all<S: Service, H: Handler<S>>(
     name: Arc<str>,
     handler: Arc<H>,
 ) {
-    let callers = Callers::default();
+    let callers = Callers::new(Capacity::CALLS);
     loop {
         let Ok((stream, peer)) = listener.accept().await else {
             // Out of descriptors, for one; it may pass.
             sleep(LOOK_PERIOD).await;
             continue;
         };
-        let Some(mut place) = callers.enter(peer.ip()) else {
-            log::warn!("service {name}: {peer} was turned away; all places are taken");
+        let Some(place) = callers.enter(peer.ip()) else {
+            log::warn!("service {name}: {peer} was turned away; all places are in use");
             continue;
         };
         let (name, handler) = (Arc::clone(&name), Arc::clone(&handler));
         tokio::spawn(async move {
-            let (_keep, out) = oneshot::channel();
-            let put_out = std::mem::replace(&mut place.put_out, out);
             let served = tokio::select! {
                 biased;
                 served = serve_caller(stream, peer, &name, &*handler, &place) => served,
-                _ = put_out => Err(io::Error::other(format!("{peer} made room for a new caller"))),
+                () = place.put_out() => Err(io::Error::other(format!("{peer} made room for a new caller"))),
             };
             if let Err(error) = served
                 && error.kind() != io::ErrorKind::UnexpectedEof
@@ -128,7 +123,6 @@ async fn serve_caller<S: Service>(
 ) -> io::Result<()> {
     set_options(&stream)?;
     let fields = timeout(PATIENCE, read_header(&mut stream)).await??;
-    let own_name = rosrust::name();
     let is_set = |field: &str| fields.get(field).is_some_and(|value| value == "1");
     if !is_set("probe")
         && let Err(mismatch) = check_header::<S>(&fields, name)
@@ -137,7 +131,7 @@ async fn serve_caller<S: Service>(
         return Err(io::Error::new(io::ErrorKind::InvalidData, mismatch));
     }
     let accepted = header(&[
-        ("callerid", &own_name),
+        ("callerid", names::own()),
         ("md5sum", &S::md5sum()),
         ("type", &S::msg_type()),
     ]);
@@ -152,10 +146,10 @@ async fn serve_caller<S: Service>(
     loop {
         let request = read_request(&mut stream).await?;
         // The end of the process waits until the answer is out.
-        let _work = Work::begin();
+        let _work = REQUESTS.begin();
         let answer = if shutdown::is_ordered() {
             failure("the node is shutting down")
-        } else if place.begin_work() {
+        } else if place.begin_use() {
             answer(&request, &stream, &caller, handler).await
         } else {
             failure(&format!(
@@ -163,7 +157,7 @@ async fn serve_caller<S: Service>(
                 peer.ip()
             ))
         };
-        place.end_work();
+        place.end_use();
         timeout(PATIENCE, stream.write_all(&answer)).await??;
         if !is_set("persistent") {
             return Ok(());

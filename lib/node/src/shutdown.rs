@@ -1,19 +1,17 @@
 //! The end of the process: who is told of it, and who is waited for.
 
 use std::sync::LazyLock;
-use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::Instant;
-
-/// How long a node takes at most from the order to end to its exit.
-pub(crate) const SHUTDOWN_MAX: Duration = Duration::from_secs(3);
 
 /// When the process was told to end. There is one node in a process.
 static ORDERED: LazyLock<watch::Sender<Option<Instant>>> =
     LazyLock::new(|| watch::Sender::new(None));
 
-/// How many pieces of work are under way.
-static UNDER_WAY: LazyLock<watch::Sender<usize>> = LazyLock::new(|| watch::Sender::new(0));
+/// Requests that are worked on.
+pub(crate) static REQUESTS: Running = Running::new();
+/// Threads that call back with messages.
+pub(crate) static THREADS: Running = Running::new();
 
 /// Tells everybody to end; the first order counts.
 pub(crate) fn order() {
@@ -41,25 +39,34 @@ pub(crate) async fn ordered() -> Instant {
     }
 }
 
-/// A piece of work that the end of the process waits for, until dropped.
-pub(crate) struct Work(());
+/// Counts what the end of the process waits for.
+pub(crate) struct Running(LazyLock<watch::Sender<usize>>);
 
-impl Work {
-    pub fn begin() -> Self {
-        UNDER_WAY.send_modify(|count| *count += 1);
-        Self(())
+/// Counts, until dropped.
+pub(crate) struct Counted(&'static Running);
+
+impl Running {
+    const fn new() -> Self {
+        Self(LazyLock::new(|| watch::Sender::new(0)))
+    }
+
+    pub fn begin(&'static self) -> Counted {
+        self.0.send_modify(|count| *count += 1);
+        Counted(self)
+    }
+
+    /// Waits until none is left; `false` where `deadline` comes first.
+    pub async fn all_ended(&self, deadline: Instant) -> bool {
+        let mut count = self.0.subscribe();
+        let ended = count.wait_for(|count| *count == 0);
+        tokio::time::timeout_at(deadline, ended).await.is_ok()
     }
 }
 
-impl Drop for Work {
+impl Drop for Counted {
     fn drop(&mut self) {
-        UNDER_WAY.send_modify(|count| *count -= 1);
+        self.0
+            .0
+            .send_modify(|count| *count = count.saturating_sub(1));
     }
-}
-
-/// Waits until no work is under way; `false` where `deadline` comes first.
-pub(crate) async fn all_work_ended(deadline: Instant) -> bool {
-    let mut under_way = UNDER_WAY.subscribe();
-    let ended = under_way.wait_for(|count| *count == 0);
-    tokio::time::timeout_at(deadline, ended).await.is_ok()
 }

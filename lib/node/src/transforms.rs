@@ -92,47 +92,55 @@ impl TransformBuffer {
         self.frames.retain(|_, frame| frame.fixed);
     }
 
-    /// target_from_source at a moment, interpolated between the samples around it.
+    /// target_from_source at a moment, interpolated between the samples around it. As in tf2, only what lies between the
+    /// frames and their nearest common ancestor has to be known then.
+    ///
+    /// # Errors
+    /// Names the frame whose transform is not known at the moment.
     pub fn lookup(
         &self,
         target: &str,
         source: &str,
         stamp_ns: i64,
     ) -> Result<Isometry3<f64>, TransformError> {
-        let (target_root, root_from_target) = self.climb(bare(target), stamp_ns)?;
-        let (source_root, root_from_source) = self.climb(bare(source), stamp_ns)?;
-        if target_root != source_root {
-            return Err(TransformError::Disconnected {
-                target_frame: bare(target).into(),
-                source_frame: bare(source).into(),
-            });
-        }
-        Ok(root_from_target.inverse() * root_from_source)
+        let (above_target, above_source) = (self.lineage(target)?, self.lineage(source)?);
+        let common = above_source
+            .iter()
+            .find(|frame| above_target.contains(frame));
+        let common = common.ok_or_else(|| TransformError::Disconnected {
+            target_frame: bare(target).into(),
+            source_frame: bare(source).into(),
+        })?;
+        let common_from = |lineage: &[&str]| {
+            let mut below = lineage.iter().take_while(|frame| *frame != common);
+            below.try_fold(Isometry3::identity(), |parent_from_start, frame| {
+                let link = self.frames.get(*frame);
+                let link = link.ok_or_else(|| TransformError::UnknownFrame((*frame).into()))?;
+                Ok(link.at(frame, stamp_ns)? * parent_from_start)
+            })
+        };
+        Ok(common_from(&above_target)?.inverse() * common_from(&above_source)?)
     }
 
-    /// The root above `frame` and root_from_frame.
-    fn climb<'a>(
-        &'a self,
-        frame: &'a str,
-        stamp_ns: i64,
-    ) -> Result<(&'a str, Isometry3<f64>), TransformError> {
-        let known = |name: &str| {
+    /// `frame`, its parent, and so on up to the root.
+    fn lineage<'a>(&'a self, frame: &'a str) -> Result<Vec<&'a str>, TransformError> {
+        let mut name = bare(frame);
+        let is_known = |name: &str| {
             self.frames.contains_key(name) || self.frames.values().any(|f| f.parent == name)
         };
-        if !known(frame) {
-            return Err(TransformError::UnknownFrame(frame.into()));
+        if !is_known(name) {
+            return Err(TransformError::UnknownFrame(name.into()));
         }
-        let (mut name, mut root_from_frame) = (frame, Isometry3::identity());
-        for _ in 0..DEPTH_MAX {
-            let Some(link) = self.frames.get(name) else {
-                return Ok((name, root_from_frame));
-            };
-            root_from_frame = link.at(name, stamp_ns)? * root_from_frame;
+        let mut lineage = vec![name];
+        while let Some(link) = self.frames.get(name) {
             name = &link.parent;
+            lineage.push(name);
+            if lineage.len() > DEPTH_MAX {
+                let text = format!("{frame} (its parents form a loop)");
+                return Err(TransformError::UnknownFrame(text));
+            }
         }
-        Err(TransformError::UnknownFrame(format!(
-            "{frame} (its parents form a loop)"
-        )))
+        Ok(lineage)
     }
 }
 
@@ -151,7 +159,7 @@ impl Frame {
         while self
             .samples
             .front()
-            .is_some_and(|sample| sample.0 < newest_ns - MEMORY_NS)
+            .is_some_and(|sample| sample.0 < newest_ns.saturating_sub(MEMORY_NS))
         {
             self.samples.pop_front();
         }
@@ -168,7 +176,7 @@ impl Frame {
             (_, Some((stamp, pose))) if *stamp == stamp_ns || self.fixed => Ok(*pose),
             (Some((_, pose)), _) if self.fixed => Ok(*pose),
             (Some((t0, p0)), Some((t1, p1))) => {
-                let share = (stamp_ns - t0) as f64 / (t1 - t0) as f64;
+                let share = stamp_ns.saturating_sub(*t0) as f64 / t1.saturating_sub(*t0) as f64;
                 // Opposite rotations have no shortest way between them; the nearer sample serves.
                 Ok(p0
                     .try_lerp_slerp(p1, share, 1e-9)
@@ -176,11 +184,11 @@ impl Frame {
             }
             (None, Some((first, _))) => Err(TransformError::TooOld {
                 frame: name.into(),
-                late_s: seconds(first - stamp_ns),
+                late_s: seconds(first.saturating_sub(stamp_ns)),
             }),
             (Some((last, _)), None) => Err(TransformError::NotYet {
                 frame: name.into(),
-                early_s: seconds(stamp_ns - last),
+                early_s: seconds(stamp_ns.saturating_sub(*last)),
             }),
             (None, None) => Err(TransformError::UnknownFrame(name.into())),
         }
@@ -236,6 +244,18 @@ mod tests {
         assert!(hand_from_camera.rotation.angle_to(&expected.rotation) < 1e-9);
         let back = robot().lookup("camera", "hand", S / 4).unwrap();
         assert!((back * hand_from_camera).translation.vector.norm() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_above_the_common_ancestor_need_not_be_known() {
+        let mut buffer = robot();
+        buffer.insert("world", "base", S / 2, Isometry3::identity(), false);
+        assert!(buffer.lookup("base", "hand", S / 4).is_ok());
+        assert!(buffer.lookup("hand", "camera", S).is_ok());
+        assert!(matches!(
+            buffer.lookup("world", "hand", S / 4),
+            Err(TransformError::TooOld { .. })
+        ));
     }
 
     #[test]

@@ -58,23 +58,17 @@ fn replace(path: &Path, mount: &CameraMount) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
         before => Some(before?),
     };
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let new_file = || tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")));
-    let mut file = new_file()?;
     let edited = before.as_deref().and_then(|text| edited(text, mount));
-    file.write_all(edited.unwrap_or_else(|| content(mount)).as_bytes())?;
-    file.as_file().sync_all()?;
     if let Some(before) = before {
-        let permissions = std::fs::metadata(&path)?.permissions();
-        file.as_file().set_permissions(permissions)?;
-        let mut old = new_file()?;
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        let mut old = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
         old.write_all(before.as_bytes())?;
         keep(old, &path)?;
     }
-    file.persist(&path)?;
-    Ok(())
+    let text = edited.unwrap_or_else(|| content(mount));
+    whole_file::write(&path, text.as_bytes())
 }
 
 /// Names a file that `path` held before after it, and replaces none.

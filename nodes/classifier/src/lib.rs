@@ -11,6 +11,7 @@ mod preprocess;
 mod provider;
 mod runtime;
 mod session;
+mod shipped;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
 pub use metadata::{Centring, ModelMetadata};
@@ -19,3 +20,4 @@ pub use preprocess::{preprocess, preprocess_parts};
 pub use provider::{Parameters, Provider};
 pub use runtime::RUNTIME_FILE;
 pub use session::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
+pub use shipped::{NoShippedModel, shipped_model};

@@ -44,6 +44,8 @@ impl fmt::Display for Centring {
 const UP_AXIS: &str = "+z";
 /// Absent where the network takes no normals.
 const NORMALS: &str = "normals";
+/// Absent in files of before it was written.
+const TRAINED_ON: &str = "trained_on";
 
 /// Everything that a model file says about itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +66,8 @@ pub struct ModelMetadata {
     pub run_id: String,
     /// What scores less than this is called unknown; see [`crate::KNOWN_SCORE_NAME`].
     pub known_threshold: f64,
+    /// Which datasets it was trained on and how they were split, in the words of `train`; `None` where that was not written.
+    pub trained_on: Option<String>,
 }
 
 impl ModelMetadata {
@@ -86,6 +90,9 @@ impl ModelMetadata {
         ];
         if self.normals {
             entries.push((NORMALS, "estimated".to_owned()));
+        }
+        if let Some(trained_on) = &self.trained_on {
+            entries.push((TRAINED_ON, trained_on.clone()));
         }
         entries
     }
@@ -116,6 +123,7 @@ impl ModelMetadata {
                 "a finite number",
                 |threshold: &f64| threshold.is_finite(),
             )?,
+            trained_on: (entries.0)(TRAINED_ON),
         })
     }
 }
@@ -214,6 +222,7 @@ mod tests {
             network_version: "1".to_owned(),
             run_id: "run".to_owned(),
             known_threshold: 0.5,
+            trained_on: Some("nothing".to_owned()),
         }
     }
 
@@ -228,6 +237,7 @@ mod tests {
     fn entries_read_back_the_same() {
         let without_normals = ModelMetadata {
             normals: false,
+            trained_on: None,
             ..example()
         };
         for metadata in [example(), without_normals] {
@@ -238,7 +248,10 @@ mod tests {
     #[test]
     fn each_missing_key_is_named() {
         let all = example().to_entries();
-        for (missing, _) in all.iter().filter(|entry| entry.0 != NORMALS) {
+        for (missing, _) in all
+            .iter()
+            .filter(|entry| ![NORMALS, TRAINED_ON].contains(&entry.0))
+        {
             let rest: Vec<_> = all.iter().filter(|e| e.0 != *missing).cloned().collect();
             assert_eq!(read(&rest), Err(MetadataError::Missing { key: missing }));
         }

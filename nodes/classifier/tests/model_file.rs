@@ -25,6 +25,7 @@ fn metadata() -> ModelMetadata {
         network_version: "test".to_owned(),
         run_id: "run 1".to_owned(),
         known_threshold: 0.8,
+        trained_on: None,
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use baxter::{JOINTS_PER_ARM, StateRefusal, StateRules};
+use baxter::{Aged, JOINTS_PER_ARM, Side, Silence, StateRefusal, StateRules, fresh};
 
 use crate::monitor::Snapshot;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, Surroundings};
 
 /// Why the arm must not move.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -64,6 +64,19 @@ pub enum Refusal {
     /// The master did not say who commands the arm.
     #[error("the master did not say who else commands this arm: check that it is alive")]
     PublishersUnknown,
+    /// What may forbid motion is not heard.
+    #[error(
+        "{}: is the robot's driver up? Where the robot has no such topic, as in a simulator, name {} in ~waived",
+        silence_of(.topic, *.silence), .what.name()
+    )]
+    Unheard {
+        /// What is missing.
+        what: Surroundings,
+        /// Where it would be heard.
+        topic: String,
+        /// Whether it was ever heard.
+        silence: Silence,
+    },
     /// A person guides the arm.
     #[error("the cuff of the arm is held: let it go")]
     CuffHeld,
@@ -81,6 +94,9 @@ pub struct Guard {
     joint_names: [&'static str; JOINTS_PER_ARM],
     state_rules: StateRules,
     joints_age_max: Duration,
+    surroundings_age_max: Duration,
+    side: Side,
+    waived: Vec<Surroundings>,
     angle_min_rad: f64,
     angle_max_rad: f64,
 }
@@ -96,6 +112,9 @@ impl Guard {
                 tolerate_error: parameters.tolerate_error,
             },
             joints_age_max: Duration::from_secs_f64(parameters.joints_age_max_s),
+            surroundings_age_max: Duration::from_secs_f64(parameters.surroundings_age_max_s),
+            side: parameters.side,
+            waived: parameters.waived.clone(),
             angle_min_rad: parameters.angle_min_rad,
             angle_max_rad: parameters.angle_max_rad,
         }
@@ -131,7 +150,8 @@ impl Guard {
     ) -> Result<[f64; JOINTS_PER_ARM], Refusal> {
         self.state_rules.check(snapshot.state.as_ref(), now)?;
         let angles_rad = self.check_joints(snapshot, now)?;
-        check_surroundings(snapshot)?;
+        check_publishers(snapshot)?;
+        self.check_surroundings(snapshot, now)?;
         Ok(angles_rad)
     }
 
@@ -164,16 +184,9 @@ impl Guard {
         }
         for (angle, (joint, sample)) in angles_rad.iter_mut().zip(named()) {
             let Some(sample) = sample else { continue };
-            let age = now.saturating_duration_since(sample.received);
-            if age > self.joints_age_max {
-                let (age_s, max_s) = (age.as_secs_f64(), self.joints_age_max.as_secs_f64());
-                return Err(Refusal::JointsStale {
-                    joint,
-                    age_s,
-                    max_s,
-                });
-            }
-            let angle_rad = sample.value.angle_rad;
+            let sample = fresh(Some(sample), self.joints_age_max, now);
+            let sample = sample.map_err(|silence| joint_silent(joint, silence))?;
+            let angle_rad = sample.angle_rad;
             if !angle_rad.is_finite() {
                 return Err(Refusal::JointNotFinite { joint, angle_rad });
             }
@@ -181,30 +194,87 @@ impl Guard {
         }
         Ok(angles_rad)
     }
+
+    /// Does the robot take commands at all, as far as is known? If not, none must be sent: it would be obeyed whenever the
+    /// robot takes commands again.
+    ///
+    /// # Errors
+    /// Why not. Silence is no reason here.
+    pub fn check_commands_taken(&self, snapshot: &Snapshot, now: Instant) -> Result<(), Refusal> {
+        match self.state_rules.check(snapshot.state.as_ref(), now) {
+            Ok(()) | Err(StateRefusal::Absent | StateRefusal::Stale { .. }) => {}
+            Err(refusal) => return Err(refusal.into()),
+        }
+        match &snapshot.cuff_held {
+            Some(Aged { value: true, .. }) => Err(Refusal::CuffHeld),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_surroundings(&self, snapshot: &Snapshot, now: Instant) -> Result<(), Refusal> {
+        if self.heard(Surroundings::Cuff, &snapshot.cuff_held, now)? == Some(&true) {
+            return Err(Refusal::CuffHeld);
+        }
+        let avoidance = Surroundings::CollisionAvoidance;
+        let objects = self.heard(avoidance, &snapshot.collision_objects, now)?;
+        if let Some(objects) = objects.filter(|objects| !objects.is_empty()) {
+            let what = objects.join(", ");
+            return Err(Refusal::Collision { what });
+        }
+        let detection = Surroundings::CollisionDetection;
+        if self.heard(detection, &snapshot.collision_detected, now)? == Some(&true) {
+            let what = "impact detected".to_owned();
+            return Err(Refusal::Collision { what });
+        }
+        Ok(())
+    }
+
+    /// What was last heard of `what`, however old where that is waived.
+    fn heard<'a, T>(
+        &self,
+        what: Surroundings,
+        last: &'a Option<Aged<T>>,
+        now: Instant,
+    ) -> Result<Option<&'a T>, Refusal> {
+        if self.waived.contains(&what) {
+            return Ok(last.as_ref().map(|last| &last.value));
+        }
+        let heard = fresh(last.as_ref(), self.surroundings_age_max, now);
+        heard.map(Some).map_err(|silence| Refusal::Unheard {
+            what,
+            topic: what.topic(self.side),
+            silence,
+        })
+    }
 }
 
-fn check_surroundings(snapshot: &Snapshot) -> Result<(), Refusal> {
-    if let Some(nodes) = snapshot
-        .other_publishers
-        .as_ref()
-        .filter(|nodes| !nodes.is_empty())
-    {
-        return Err(Refusal::OtherPublisher {
+fn joint_silent(joint: &'static str, silence: Silence) -> Refusal {
+    match silence {
+        Silence::Never => Refusal::JointsAbsent {
+            joints: vec![joint],
+        },
+        Silence::Stale { age_s, max_s } => Refusal::JointsStale {
+            joint,
+            age_s,
+            max_s,
+        },
+    }
+}
+
+fn check_publishers(snapshot: &Snapshot) -> Result<(), Refusal> {
+    match &snapshot.other_publishers {
+        Some(nodes) if !nodes.is_empty() => Err(Refusal::OtherPublisher {
             nodes: nodes.clone(),
-        });
+        }),
+        _ => Ok(()),
     }
-    if snapshot.cuff_held {
-        return Err(Refusal::CuffHeld);
+}
+
+fn silence_of(topic: &str, silence: Silence) -> String {
+    match silence {
+        Silence::Never => format!("no message on {topic} yet"),
+        Silence::Stale { age_s, max_s } => {
+            format!("last message on {topic} is {age_s:.2} s old (at most {max_s})")
+        }
     }
-    if !snapshot.collision_objects.is_empty() {
-        return Err(Refusal::Collision {
-            what: snapshot.collision_objects.join(", "),
-        });
-    }
-    if snapshot.collision_detected {
-        return Err(Refusal::Collision {
-            what: "impact detected".to_owned(),
-        });
-    }
-    Ok(())
 }

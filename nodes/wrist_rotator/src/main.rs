@@ -16,7 +16,7 @@ use msg::stamp;
 use msg::std_srvs::{Trigger, TriggerRes};
 use node::{Expect, Level, Life, Node, Subscriber};
 use rotator::Rotator;
-use wrist_rotator::{Guard, Parameters};
+use wrist_rotator::{Guard, Parameters, Surroundings};
 
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
 
@@ -46,8 +46,8 @@ async fn run(node: Node) -> anyhow::Result<()> {
         () = report_health(&node, &rotator, &parameters) => {}
         () = node.until_shutdown() => {}
     }
-    // The links go down only once nothing moves.
-    rotator.shut_down().await;
+    // Each life ends; the links go down only once nothing moves.
+    rotator.until_free().await;
     Ok(())
 }
 
@@ -81,21 +81,17 @@ async fn stop(rotator: &Rotator) -> TriggerRes {
             success: true,
             message: format!("at rest at {:.3} rad", arrived.angle_rad),
         },
-        Err(error) => {
-            log::warn!("stop_wrist: {error}");
+        Err(message) => {
+            log::warn!("stop_wrist: {message}");
             TriggerRes {
                 success: false,
-                message: error.to_string(),
+                message,
             }
         }
     }
 }
 
 fn listen(node: &Node, rotator: &Arc<Rotator>, side: Side) -> anyhow::Result<Vec<Subscriber>> {
-    let limb = side.limb_topics();
-    let cuff = side.cuff_topic();
-    let avoidance = format!("{limb}/collision_avoidance_state");
-    let detection = format!("{limb}/collision_detection_state");
     let on_joints = on(rotator, |rotator, joints: JointState| {
         let stamp = stamp::since_epoch(joints.header.stamp);
         let (names, positions, velocities) = (&joints.name, &joints.position, &joints.velocity);
@@ -104,27 +100,35 @@ fn listen(node: &Node, rotator: &Arc<Rotator>, side: Side) -> anyhow::Result<Vec
             .joint_states(names, positions, velocities, stamp, Instant::now());
     });
     let on_state = on(rotator, |rotator, state: AssemblyState| {
-        rotator
-            .monitor()
-            .state(msg::robot::state(&state), Instant::now());
+        let state = msg::robot::state(&state);
+        rotator.monitor().state(state, Instant::now());
     });
     let on_cuff = on(rotator, |rotator, cuff: DigitalIOState| {
-        rotator
-            .monitor()
-            .cuff(cuff.state == DigitalIOState::PRESSED);
+        let held = cuff.state == DigitalIOState::PRESSED;
+        rotator.monitor().cuff(held, Instant::now());
     });
     let on_avoidance = on(rotator, |rotator, state: CollisionAvoidanceState| {
-        rotator.monitor().collision_objects(state.collision_object);
+        let objects = state.collision_object;
+        rotator.monitor().collision_objects(objects, Instant::now());
     });
     let on_detection = on(rotator, |rotator, state: CollisionDetectionState| {
-        rotator.monitor().collision_detected(state.collision_state);
+        let detected = state.collision_state;
+        rotator
+            .monitor()
+            .collision_detected(detected, Instant::now());
     });
+    let topic = |what: Surroundings| what.topic(side);
+    let (cuff, avoidance, detection) = (
+        topic(Surroundings::Cuff),
+        topic(Surroundings::CollisionAvoidance),
+        topic(Surroundings::CollisionDetection),
+    );
     Ok(vec![
         node.subscribe("/robot/joint_states", Expect::SHARED_STATE, on_joints)?,
         node.subscribe("/robot/state", Expect::STATE, on_state)?,
-        node.subscribe(&cuff, Expect::EVENTS, on_cuff)?,
-        node.subscribe(&avoidance, Expect::EVENTS, on_avoidance)?,
-        node.subscribe(&detection, Expect::EVENTS, on_detection)?,
+        node.subscribe(&cuff, Expect::OPTIONAL_STATE, on_cuff)?,
+        node.subscribe(&avoidance, Expect::OPTIONAL_STATE, on_avoidance)?,
+        node.subscribe(&detection, Expect::OPTIONAL_STATE, on_detection)?,
     ])
 }
 
@@ -136,6 +140,14 @@ fn on<T, F: Fn(&Rotator, T)>(rotator: &Arc<Rotator>, act: F) -> impl Fn(T) + use
 /// Tells diagnostics whether the wrist could be turned now, and if not, why.
 async fn report_health(node: &Node, rotator: &Rotator, parameters: &Parameters) {
     let guard = Guard::new(parameters);
+    for what in &parameters.waived {
+        let text = format!(
+            "moves without hearing {} (~waived)",
+            what.topic(parameters.side)
+        );
+        log::warn!("{text}");
+        node.health().set(what.name(), Level::Warn, text);
+    }
     let mut ticker = tokio::time::interval(HEALTH_PERIOD);
     node.health().set_hardware(parameters.side.limb_topics());
     loop {

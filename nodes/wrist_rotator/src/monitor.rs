@@ -11,12 +11,14 @@ pub struct Snapshot {
     pub state: Option<Aged<RobotState>>,
     /// The arm's joints in the robot's order, as far as they were heard of.
     pub joints: [Option<Aged<JointSample>>; JOINTS_PER_ARM],
-    /// A person holds the cuff of this arm.
-    pub cuff_held: bool,
-    /// What collision avoidance sees too near.
-    pub collision_objects: Vec<String>,
-    /// Collision detection felt something.
-    pub collision_detected: bool,
+    /// Whether a person holds the cuff of this arm, if the robot said so.
+    pub cuff_held: Option<Aged<bool>>,
+    /// What collision avoidance sees too near, if it said anything.
+    pub collision_objects: Option<Aged<Vec<String>>>,
+    /// Whether collision detection feels something, if it said so.
+    pub collision_detected: Option<Aged<bool>>,
+    /// What this node last told the arm, rad, in the robot's order.
+    pub commanded: Option<Aged<[f64; JOINTS_PER_ARM]>>,
     /// Other nodes that publish on this arm's command topic; none while the master has not been asked.
     pub other_publishers: Option<Vec<String>>,
 }
@@ -63,26 +65,28 @@ impl Monitor {
     }
 
     /// Takes a `/robot/state` message.
-    pub fn state(&mut self, value: RobotState, now: Instant) {
-        self.snapshot.state = Some(Aged {
-            value,
-            received: now,
-        });
+    pub fn state(&mut self, value: RobotState, received: Instant) {
+        self.snapshot.state = Some(Aged { value, received });
     }
 
     /// Takes the cuff's state.
-    pub fn cuff(&mut self, held: bool) {
-        self.snapshot.cuff_held = held;
+    pub fn cuff(&mut self, value: bool, received: Instant) {
+        self.snapshot.cuff_held = Some(Aged { value, received });
     }
 
     /// Takes what collision avoidance sees.
-    pub fn collision_objects(&mut self, objects: Vec<String>) {
-        self.snapshot.collision_objects = objects;
+    pub fn collision_objects(&mut self, value: Vec<String>, received: Instant) {
+        self.snapshot.collision_objects = Some(Aged { value, received });
     }
 
     /// Takes what collision detection says.
-    pub fn collision_detected(&mut self, detected: bool) {
-        self.snapshot.collision_detected = detected;
+    pub fn collision_detected(&mut self, value: bool, received: Instant) {
+        self.snapshot.collision_detected = Some(Aged { value, received });
+    }
+
+    /// Takes a command as it goes out.
+    pub fn commanded(&mut self, value: [f64; JOINTS_PER_ARM], received: Instant) {
+        self.snapshot.commanded = Some(Aged { value, received });
     }
 
     /// Takes the master's answer: who else commands this arm. `None` where it gave none.

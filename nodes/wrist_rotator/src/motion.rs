@@ -1,27 +1,52 @@
-//! One motion of W2 from the first command to rest, or to the reason why not.
+//! One motion of W2 from the first command to the rest of the arm, at its target or wherever the motion had to end.
 
 use std::time::{Duration, Instant};
 
-use baxter::{Arrival, Arrived, JOINTS_PER_ARM, W2};
+use baxter::{Arrival, Arrived, JOINTS_PER_ARM, W2, fresh};
 
 use crate::guard::{Guard, Refusal};
 use crate::monitor::Snapshot;
 use crate::parameters::Parameters;
-use crate::trajectory::Trajectory;
+use crate::setpoints::{NoPath, RateLimits, Setpoints};
 
-/// Ticks by which the trajectory moves on after a stall of this process. More would be a jump of the commanded angle.
-const CATCH_UP_TICKS: f64 = 2.0;
+/// Pause between ticks, in periods and in seconds, after which the arm counts as held: the robot has stopped at the last
+/// setpoint, and going on at speed would be a jump. The larger counts: timers are no finer than a millisecond.
+const STALL_PERIODS: f64 = 3.0;
+const STALL_S: f64 = 0.03;
+
+/// Silence after which the robot may, and after which it must have left its last setpoint to hold wherever it is: its timeout
+/// is 0.2 s.
+const MAY_LET_GO: Duration = Duration::from_millis(150);
+const LET_GO: Duration = Duration::from_millis(250);
+
+/// Distance from the setpoint at which the arm counts as there when it comes to rest, rad.
+const NEAR_RAD: f64 = 0.02;
+
+/// How long the arm may take to come to rest once it is no longer commanded. The robot holds where it is 0.2 s after the last
+/// command.
+const REST_PATIENCE: Duration = Duration::from_secs(2);
 
 /// What to do at a tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Step {
     /// Publish these angles, rad, in the robot's order.
     Command([f64; JOINTS_PER_ARM]),
-    /// Nothing more: the joint is there.
-    Arrived(Arrived),
+    /// Publish nothing, and ask again: the arm comes to rest.
+    Wait,
+    /// Nothing more.
+    Ended(Ended),
 }
 
-/// Why a motion was given up.
+/// The end of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ended {
+    /// At the target, or why not.
+    pub result: Result<Arrived, MotionError>,
+    /// Where and since when the arm rests; `None` where it was not seen at rest within 2 s.
+    pub rest: Option<Arrived>,
+}
+
+/// Why a motion ended before its target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
     /// A rule forbids to go on.
@@ -58,28 +83,67 @@ pub enum MotionError {
         /// Time since the start.
         after_s: f64,
     },
+    /// Somebody called `stop_wrist`.
+    #[error("motion stopped: stop_wrist was called")]
+    Stopped,
+    /// Whoever asked no longer waits; in words.
+    #[error("motion stopped: {0}")]
+    NobodyWaits(String),
+    /// The generator of setpoints failed.
+    #[error("motion stopped: {0}")]
+    NoPath(#[from] NoPath),
 }
 
-/// A motion under way. Call [`Motion::step`] at each tick, and once it returns anything but a command, drop it; never resume
-/// it, since the arm may have been moved meanwhile.
+/// A motion under way. Call [`Motion::step`] at each tick until it says that the motion has ended; then drop it.
 #[derive(Debug, Clone)]
 pub struct Motion {
     guard: Guard,
-    trajectory: Trajectory,
+    limits: RateLimits,
+    stop_limits: RateLimits,
+    setpoints: Setpoints,
+    phase: Phase,
     arrival: Arrival,
-    /// Angles held by the other joints.
-    start_rad: [f64; JOINTS_PER_ARM],
+    rest: Arrival,
+    /// Angles held by the other joints, rad.
+    held_rad: [f64; JOINTS_PER_ARM],
     joint: &'static str,
     target_rad: f64,
     following_error_max_rad: f64,
     following_patience: Duration,
-    advance_max_s: f64,
+    stall: Duration,
     started: Instant,
     deadline: Instant,
     last_tick: Instant,
     /// When the arm was last near enough to what is commanded.
     last_followed: Instant,
-    trajectory_time_s: f64,
+}
+
+/// The last command, rad, where the robot may still hold the arm there: the next has to go on from it, not from the measured
+/// angles, which differ a little.
+fn in_force(
+    snapshot: &Snapshot,
+    measured_rad: &[f64; JOINTS_PER_ARM],
+    now: Instant,
+) -> Option<[f64; JOINTS_PER_ARM]> {
+    let last_rad = fresh(snapshot.commanded.as_ref(), LET_GO, now).ok()?;
+    let is_near = |(last, measured): (&f64, &f64)| (last - measured).abs() <= NEAR_RAD;
+    last_rad
+        .iter()
+        .zip(measured_rad)
+        .all(is_near)
+        .then_some(*last_rad)
+}
+
+#[derive(Debug, Clone)]
+enum Phase {
+    /// The setpoint is on its way to the target, or rests there.
+    Turning,
+    /// The setpoint comes to rest, and rests, until the arm has come near again.
+    Held,
+    /// The setpoint comes to rest for good.
+    Ramp(MotionError),
+    /// No more setpoints: the arm comes to rest.
+    Settling(MotionError, Instant),
 }
 
 impl Motion {
@@ -92,37 +156,36 @@ impl Motion {
         snapshot: &Snapshot,
         target_rad: f64,
         now: Instant,
-    ) -> Result<Self, Refusal> {
+    ) -> Result<Self, MotionError> {
         let guard = Guard::new(parameters);
-        let start_rad = guard.check_start(snapshot, target_rad, now)?;
-        let trajectory = Trajectory::new(
-            start_rad[W2],
-            target_rad,
-            parameters.velocity_max_rad_s,
-            parameters.acceleration_max_rad_s2,
-            parameters.jerk_time_s,
-        );
-        let allowed_s = trajectory.duration_s() + parameters.dwell_s + parameters.deadline_margin_s;
+        let measured_rad = guard.check_start(snapshot, target_rad, now)?;
+        let held_rad = in_force(snapshot, &measured_rad, now).unwrap_or(measured_rad);
+        let period_s = 1.0 / parameters.rate_hz;
+        let mut setpoints = Setpoints::at_rest(held_rad[W2], period_s);
+        let (limits, stop_limits) = (parameters.limits(), parameters.stop_limits());
+        setpoints.go_to(target_rad, &limits)?;
+        let allowed_s = setpoints.remaining_s() + parameters.dwell_s + parameters.deadline_margin_s;
+        let dwell = Duration::from_secs_f64(parameters.dwell_s);
+        let rest_velocity_rad_s = parameters.rest_velocity_rad_s;
+        let tolerance_rad = parameters.tolerance_rad;
         Ok(Self {
             guard,
-            trajectory,
-            arrival: Arrival::new(
-                target_rad,
-                parameters.tolerance_rad,
-                parameters.rest_velocity_rad_s,
-                Duration::from_secs_f64(parameters.dwell_s),
-            ),
-            start_rad,
+            limits,
+            stop_limits,
+            setpoints,
+            phase: Phase::Turning,
+            arrival: Arrival::new(target_rad, tolerance_rad, rest_velocity_rad_s, dwell),
+            rest: Arrival::anywhere(rest_velocity_rad_s, dwell),
+            held_rad,
             joint: parameters.side.joint_names()[W2],
             target_rad,
             following_error_max_rad: parameters.following_error_max_rad,
             following_patience: Duration::from_secs_f64(parameters.following_patience_s),
-            advance_max_s: CATCH_UP_TICKS / parameters.rate_hz,
+            stall: Duration::from_secs_f64(STALL_S.max(STALL_PERIODS * period_s)),
             started: now,
             deadline: now + Duration::from_secs_f64(allowed_s),
             last_tick: now,
             last_followed: now,
-            trajectory_time_s: 0.0,
         })
     }
 
@@ -131,65 +194,162 @@ impl Motion {
         self.deadline
     }
 
+    /// Why the motion is coming to an end before its target, if it is.
+    pub fn ending(&self) -> Option<&MotionError> {
+        match &self.phase {
+            Phase::Turning | Phase::Held => None,
+            Phase::Ramp(reason) | Phase::Settling(reason, _) => Some(reason),
+        }
+    }
+
+    /// Ends the motion for a reason from outside, along a ramp. The first reason counts.
+    pub fn end(&mut self, reason: MotionError, now: Instant) {
+        if !matches!(self.phase, Phase::Turning | Phase::Held) {
+            return;
+        }
+        self.phase = match self.setpoints.come_to_rest(&self.stop_limits) {
+            Ok(()) => Phase::Ramp(reason),
+            Err(_) => Phase::Settling(reason, now),
+        };
+    }
+
     /// What to do now.
-    ///
-    /// # Errors
-    /// The robot must not move on; it does not follow; it is too late. Stop commanding.
-    pub fn step(&mut self, snapshot: &Snapshot, now: Instant) -> Result<Step, MotionError> {
+    pub fn step(&mut self, snapshot: &Snapshot, now: Instant) -> Step {
+        let elapsed = now.saturating_duration_since(self.last_tick);
+        self.last_tick = now;
+        if elapsed > self.stall {
+            self.resume_after_stall(elapsed, snapshot, now);
+        }
+        if matches!(self.phase, Phase::Turning | Phase::Held) {
+            match self.turn(snapshot, now) {
+                Ok(step) => return step,
+                Err(reason) => self.end(reason, now),
+            }
+        }
+        self.come_to_rest(snapshot, now)
+    }
+
+    /// One tick towards the target.
+    fn turn(&mut self, snapshot: &Snapshot, now: Instant) -> Result<Step, MotionError> {
         let measured_rad = self.guard.check(snapshot, now)?[W2];
-        let commanded_rad = self.advance(measured_rad, now);
-        if self.trajectory_time_s >= self.trajectory.duration_s()
+        let at_target = matches!(self.phase, Phase::Turning) && self.setpoints.is_resting();
+        if at_target
             && let Some(sample) = snapshot.joints[W2]
             && let Some(arrived) = self.arrival.observe(sample.value)
         {
-            return Ok(Step::Arrived(arrived));
+            return Ok(Step::Ended(Ended {
+                result: Ok(arrived),
+                rest: Some(arrived),
+            }));
         }
-        self.check_progress(measured_rad, commanded_rad, now)?;
-        let mut angles_rad = self.start_rad;
-        angles_rad[W2] = commanded_rad;
-        Ok(Step::Command(angles_rad))
+        self.follow(measured_rad, now)?;
+        self.check_progress(measured_rad, now)?;
+        Ok(self.command())
     }
 
-    /// The trajectory waits for an arm that is held up: the commanded angle is never far ahead of where the arm is, so that
-    /// it does not rush on when the hold-up ends.
-    fn advance(&mut self, measured_rad: f64, now: Instant) -> f64 {
-        let elapsed_s = now.saturating_duration_since(self.last_tick).as_secs_f64();
-        self.last_tick = now;
-        let commanded_rad = self.trajectory.angle_rad(self.trajectory_time_s);
-        if (measured_rad - commanded_rad).abs() > self.following_error_max_rad {
-            return commanded_rad;
+    /// The setpoint waits for an arm that is held up: it is never far ahead of where the arm is, so that the arm does not
+    /// rush on when the hold-up ends.
+    fn follow(&mut self, measured_rad: f64, now: Instant) -> Result<(), NoPath> {
+        let ahead_rad = (self.setpoints.now().angle_rad - measured_rad).abs();
+        let follows = ahead_rad <= self.following_error_max_rad;
+        if follows {
+            self.last_followed = now;
         }
-        self.last_followed = now;
-        self.trajectory_time_s += elapsed_s.min(self.advance_max_s);
-        self.trajectory.angle_rad(self.trajectory_time_s)
+        match self.phase {
+            Phase::Turning if !follows => {
+                self.setpoints.come_to_rest(&self.stop_limits)?;
+                self.phase = Phase::Held;
+            }
+            // A hold ends at rest, whence the target is reached without overshoot.
+            Phase::Held if follows && self.setpoints.is_resting() => {
+                self.setpoints.go_to(self.target_rad, &self.limits)?;
+                self.phase = Phase::Turning;
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
-    fn check_progress(
-        &self,
-        measured_rad: f64,
-        commanded_rad: f64,
-        now: Instant,
-    ) -> Result<(), MotionError> {
+    fn check_progress(&self, measured_rad: f64, now: Instant) -> Result<(), MotionError> {
         let joint = self.joint;
         let lagging = now.saturating_duration_since(self.last_followed);
         if lagging > self.following_patience {
             return Err(MotionError::NotFollowing {
                 joint,
                 measured_rad,
-                commanded_rad,
+                commanded_rad: self.setpoints.now().angle_rad,
                 lagging_s: lagging.as_secs_f64(),
             });
         }
         if now >= self.deadline {
-            let after_s = now.saturating_duration_since(self.started).as_secs_f64();
-            let target_rad = self.target_rad;
             return Err(MotionError::Deadline {
                 joint,
-                target_rad,
+                target_rad: self.target_rad,
                 measured_rad,
-                after_s,
+                after_s: now.saturating_duration_since(self.started).as_secs_f64(),
             });
         }
         Ok(())
+    }
+
+    /// After ticks that did not come the robot rests at the last setpoint; from there the motion goes on as from any rest.
+    /// Unless the robot may have let go of a setpoint at which the arm is not: it would jump there.
+    fn resume_after_stall(&mut self, stalled: Duration, snapshot: &Snapshot, now: Instant) {
+        let setpoint_rad = self.setpoints.now().angle_rad;
+        self.setpoints.rest_at(setpoint_rad);
+        let measured_rad = snapshot.joints[W2].map_or(f64::NAN, |sample| sample.value.angle_rad);
+        let is_near = (measured_rad - setpoint_rad).abs() <= NEAR_RAD;
+        match &self.phase {
+            Phase::Turning | Phase::Held if stalled > MAY_LET_GO && !is_near => {
+                let reason = MotionError::NotFollowing {
+                    joint: self.joint,
+                    measured_rad,
+                    commanded_rad: setpoint_rad,
+                    lagging_s: stalled.as_secs_f64(),
+                };
+                self.phase = Phase::Settling(reason, now);
+            }
+            Phase::Turning | Phase::Held => self.phase = Phase::Held,
+            Phase::Ramp(reason) if stalled > MAY_LET_GO => {
+                self.phase = Phase::Settling(reason.clone(), now);
+            }
+            Phase::Ramp(_) | Phase::Settling(..) => {}
+        }
+    }
+
+    /// One tick of an end before the target.
+    fn come_to_rest(&mut self, snapshot: &Snapshot, now: Instant) -> Step {
+        if let Phase::Ramp(reason) = &self.phase {
+            let taken = self.guard.check_commands_taken(snapshot, now).is_ok();
+            let settling = Phase::Settling(reason.clone(), now);
+            if taken {
+                let last = self.command();
+                if self.setpoints.is_resting() {
+                    self.phase = settling;
+                }
+                return last;
+            }
+            self.phase = settling;
+        }
+        let Phase::Settling(reason, since) = &self.phase else {
+            return Step::Wait;
+        };
+        let settling = now.saturating_duration_since(*since);
+        let setpoint_rad = self.setpoints.now().angle_rad;
+        let rest = snapshot.joints[W2]
+            .and_then(|sample| self.rest.observe(sample.value))
+            // An arm that is blocked short of its setpoint would go on if it came free.
+            .filter(|at| (at.angle_rad - setpoint_rad).abs() <= NEAR_RAD || settling > LET_GO);
+        if rest.is_none() && settling <= REST_PATIENCE {
+            return Step::Wait;
+        }
+        let result = Err(reason.clone());
+        Step::Ended(Ended { result, rest })
+    }
+
+    fn command(&mut self) -> Step {
+        let mut angles_rad = self.held_rad;
+        angles_rad[W2] = self.setpoints.advance().angle_rad;
+        Step::Command(angles_rad)
     }
 }

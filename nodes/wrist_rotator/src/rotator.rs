@@ -1,4 +1,4 @@
-//! Turns on request, one at a time.
+//! Turns on request, one at a time, and says how each ended.
 
 use std::convert::Infallible;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,16 +10,16 @@ use msg::std_msgs::Float64;
 use node::{Latch, Life, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
-use wrist_rotator::{Monitor, Motion, MotionError, Parameters, Refusal, Step};
+use wrist_rotator::{Ended, Monitor, Motion, MotionError, Parameters, Step};
 
 /// How long the master has to say who else commands the arm.
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 /// Pause between such questions during a motion.
-const MASTER_PERIOD: Duration = Duration::from_millis(500);
+const MASTER_PERIOD: Duration = Duration::from_millis(50);
 /// How long the robot has to listen to the commands: after a restart of this node its link takes a moment.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
 
-/// How long a wrist that is no longer commanded may take to come to rest.
+/// How long a wrist that is not commanded may take to be seen at rest.
 const REST_PATIENCE: Duration = Duration::from_secs(3);
 /// Pause between two looks at the newest joint state.
 const REST_PERIOD: Duration = Duration::from_millis(5);
@@ -27,12 +27,17 @@ const REST_PERIOD: Duration = Duration::from_millis(5);
 /// Why a turn failed.
 #[derive(Debug, thiserror::Error)]
 pub enum TurnError {
-    /// It must not start.
+    /// It ended before it began.
     #[error("not moved: {0}")]
-    Refused(#[from] Refusal),
-    /// It had to end before its target.
+    NotBegun(MotionError),
+    /// It had to end before its target, and the arm is at rest.
     #[error(transparent)]
-    Motion(#[from] MotionError),
+    Motion(MotionError),
+    /// It had to end before its target, and who knows where the arm is.
+    #[error(
+        "{0}; no longer commanded, but not seen at rest either: somebody else moves the arm, or joint states are silent"
+    )]
+    NotAtRest(MotionError),
     /// One turn at a time.
     #[error("not moved: the wrist is already turning; wait for its end")]
     Busy,
@@ -47,21 +52,6 @@ pub enum TurnError {
         /// How long it was waited for.
         patience: Duration,
     },
-    /// Nobody waits for the turn any more.
-    #[error("motion stopped: {0}")]
-    NobodyWaits(String),
-    /// Somebody called `stop_wrist`.
-    #[error("motion stopped: stop_wrist was called")]
-    Stopped,
-    /// The robot does not say that the joint is still.
-    #[error(
-        "no longer commanded, but not seen at rest within {0:.1?}: somebody else moves the arm, or joint states are \
-         silent"
-    )]
-    NotAtRest(Duration),
-    /// The node was told to end.
-    #[error("motion stopped: the wrist rotator is shutting down")]
-    Shutdown,
 }
 
 /// The wrist and all that is known of it.
@@ -77,7 +67,6 @@ pub struct Rotator {
     turning: tokio::sync::Mutex<()>,
     /// Counts the orders to stop; each ends the motion under way.
     stops: watch::Sender<u64>,
-    shutdown: watch::Sender<bool>,
 }
 
 impl Rotator {
@@ -95,7 +84,6 @@ impl Rotator {
             joint_names: parameters.side.joint_names().map(String::from).to_vec(),
             turning: tokio::sync::Mutex::new(()),
             stops: watch::Sender::new(0),
-            shutdown: watch::Sender::new(false),
         })
     }
 
@@ -104,54 +92,65 @@ impl Rotator {
         self.monitor.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Last measured angle of W2.
+    /// Last measured angle of W2, rad.
     pub fn angle_rad(&self) -> Option<f64> {
         self.monitor().snapshot().joints[W2].map(|sample| sample.value.angle_rad)
     }
 
-    /// Turns W2 to `target_rad` and returns once it is at rest there. Nothing moves without a caller that waits for it.
+    /// Turns W2 to `target_rad` and returns once it is at rest, there or wherever the turn had to end, as when `life` ends.
+    ///
+    /// # Errors
+    /// Why it did not reach the target.
     pub async fn turn(&self, target_rad: f64, life: &Life) -> Result<Arrived, TurnError> {
+        // Before the lock: an order to stop that comes in between ends this turn.
+        let stops = self.stops.subscribe();
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
-        let (mut stops, mut shutdown) = (self.stops.subscribe(), self.shutdown.subscribe());
-        let ended = tokio::select! {
-            // In this order, so that no command follows an order to stop.
+        let mut end = std::pin::pin!(ended_by(stops, life));
+        let mut motion = tokio::select! {
             biased;
-            _ = shutdown.wait_for(|down| *down) => Err(TurnError::Shutdown),
-            _ = stops.changed() => Err(TurnError::Stopped),
-            reason = life.ended() => Err(TurnError::NobodyWaits(reason)),
-            arrived = self.turn_unless_stopped(target_rad) => arrived,
+            reason = &mut end => return Err(TurnError::NotBegun(reason)),
+            motion = self.prepare(target_rad) => motion?,
         };
-        if let Err(TurnError::NobodyWaits(_)) = &ended {
-            // Whoever handed the request on answers only when the wrist is at rest.
-            self.until_rest().await?;
-        }
-        ended
-    }
-
-    async fn turn_unless_stopped(&self, target_rad: f64) -> Result<Arrived, TurnError> {
-        self.ask_for_other_publishers().await;
-        // What forbids the motion is said before anything is waited for.
-        self.motion_to(target_rad)?;
-        self.check_listener().await?;
-        self.speed_ratio.send(Float64 {
-            data: self.parameters.speed_ratio,
-        });
-        let motion = self.motion_to(target_rad)?;
-        tokio::select! {
+        let mut ticker = interval(Duration::from_secs_f64(1.0 / self.parameters.rate_hz));
+        ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        let carried_out = async {
+            let mut is_ordered = true;
+            loop {
+                tokio::select! {
+                    biased;
+                    reason = &mut end, if is_ordered => {
+                        is_ordered = false;
+                        motion.end(reason, Instant::now());
+                    }
+                    _ = ticker.tick() => {
+                        if let Some(ended) = self.step(&mut motion) {
+                            return ended;
+                        }
+                    }
+                }
+            }
+        };
+        let ended = tokio::select! {
             biased;
             never = self.watch_other_publishers() => match never {},
-            arrived = self.carry_out(motion) => Ok(arrived?),
+            ended = carried_out => ended,
+        };
+        match ended {
+            Ended {
+                rest: None,
+                result: Err(reason),
+            } => Err(TurnError::NotAtRest(reason)),
+            Ended { result, .. } => result.map_err(TurnError::Motion),
         }
     }
 
     /// Ends a motion under way, if any, and returns once the wrist is at rest. It may be turned again then.
-    pub async fn stop(&self) -> Result<Arrived, TurnError> {
+    ///
+    /// # Errors
+    /// The robot does not say that the wrist rests.
+    pub async fn stop(&self) -> Result<Arrived, String> {
         self.stops.send_modify(|stops| *stops += 1);
         let _turning = self.turning.lock().await;
-        self.until_rest().await
-    }
-
-    async fn until_rest(&self) -> Result<Arrived, TurnError> {
         let dwell = Duration::from_secs_f64(self.parameters.dwell_s);
         let mut arrival = Arrival::anywhere(self.parameters.rest_velocity_rad_s, dwell);
         let rest = async {
@@ -163,52 +162,58 @@ impl Rotator {
                 }
             }
         };
-        let rested = timeout(REST_PATIENCE, rest).await;
-        rested.map_err(|_| TurnError::NotAtRest(REST_PATIENCE))
+        timeout(REST_PATIENCE, rest).await.map_err(|_| {
+            format!(
+                "not commanded, but not seen at rest within {REST_PATIENCE:.1?}: somebody else moves the arm, or joint \
+                 states are silent"
+            )
+        })
     }
 
-    /// Ends a motion under way, if any, and allows no more.
-    pub async fn shut_down(&self) {
-        self.shutdown.send_replace(true);
+    /// Waits until no motion is under way.
+    pub async fn until_free(&self) {
         let _still = self.turning.lock().await;
     }
 
-    /// Commands the motion tick by tick. Where it ends for any reason the robot holds: its commanded angle is never far
-    /// ahead of where it is, and no message means stay.
-    async fn carry_out(&self, mut motion: Motion) -> Result<Arrived, MotionError> {
-        let mut ticker = interval(Duration::from_secs_f64(1.0 / self.parameters.rate_hz));
-        ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
-        loop {
-            ticker.tick().await;
-            let step = motion.step(self.monitor().snapshot(), Instant::now());
-            match step? {
-                Step::Arrived(arrived) => return Ok(arrived),
-                Step::Command(angles_rad) => self.command.send(JointCommand {
+    /// All that comes before the first command.
+    async fn prepare(&self, target_rad: f64) -> Result<Motion, TurnError> {
+        self.ask_for_other_publishers().await;
+        // What forbids the motion is said before anything is waited for.
+        self.motion_to(target_rad)?;
+        let patience = LISTENER_PATIENCE;
+        if !self.command.until_subscribed(patience).await {
+            let topic = self.command_topic.clone();
+            return Err(TurnError::NobodyListens { topic, patience });
+        }
+        self.speed_ratio.send(Float64 {
+            data: self.parameters.speed_ratio,
+        });
+        self.motion_to(target_rad)
+    }
+
+    /// One tick of the motion; the end, if this was the last.
+    fn step(&self, motion: &mut Motion) -> Option<Ended> {
+        let now = Instant::now();
+        let step = motion.step(self.monitor().snapshot(), now);
+        match step {
+            Step::Ended(ended) => return Some(ended),
+            Step::Wait => {}
+            Step::Command(angles_rad) => {
+                self.command.send(JointCommand {
                     mode: JointCommand::POSITION_MODE,
                     command: angles_rad.to_vec(),
                     names: self.joint_names.clone(),
-                }),
+                });
+                self.monitor().commanded(angles_rad, now);
             }
         }
+        None
     }
 
-    fn motion_to(&self, target_rad: f64) -> Result<Motion, Refusal> {
+    fn motion_to(&self, target_rad: f64) -> Result<Motion, TurnError> {
         let monitor = self.monitor();
-        Motion::start(
-            &self.parameters,
-            monitor.snapshot(),
-            target_rad,
-            Instant::now(),
-        )
-    }
-
-    async fn check_listener(&self) -> Result<(), TurnError> {
-        let patience = LISTENER_PATIENCE;
-        if self.command.until_subscribed(patience).await {
-            return Ok(());
-        }
-        let topic = self.command_topic.clone();
-        Err(TurnError::NobodyListens { topic, patience })
+        let (snapshot, now) = (monitor.snapshot(), Instant::now());
+        Motion::start(&self.parameters, snapshot, target_rad, now).map_err(TurnError::NotBegun)
     }
 
     async fn watch_other_publishers(&self) -> Infallible {
@@ -224,6 +229,15 @@ impl Rotator {
         let answer = timeout(MASTER_DEADLINE, question).await;
         self.monitor()
             .other_publishers(answer.ok().and_then(Result::ok).flatten());
+    }
+}
+
+/// What ends a motion from outside.
+async fn ended_by(mut stops: watch::Receiver<u64>, life: &Life) -> MotionError {
+    tokio::select! {
+        biased;
+        _ = stops.changed() => MotionError::Stopped,
+        reason = life.ended() => MotionError::NobodyWaits(reason),
     }
 }
 

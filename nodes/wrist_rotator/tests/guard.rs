@@ -4,7 +4,9 @@
 use std::time::{Duration, Instant};
 
 use baxter::{EstopButton, EstopSource, RobotState, Side, StateRefusal, W2};
-use wrist_rotator::{Guard, Monitor, Motion, MotionError, Parameters, Refusal, Snapshot};
+use wrist_rotator::{
+    Guard, Monitor, Motion, MotionError, Parameters, Refusal, Snapshot, Surroundings,
+};
 
 const HEALTHY: RobotState = RobotState::HEALTHY;
 
@@ -14,6 +16,9 @@ fn healthy(now: Instant) -> Monitor {
     monitor.state(HEALTHY, now);
     let names = Side::Left.joint_names().map(String::from);
     monitor.joint_states(&names, &[0.1; 7], &[0.0; 7], Duration::from_secs(100), now);
+    monitor.cuff(false, now);
+    monitor.collision_objects(vec![], now);
+    monitor.collision_detected(false, now);
     monitor.other_publishers(Some(vec![]));
     monitor
 }
@@ -22,15 +27,15 @@ fn refusal(parameters: &Parameters, spoil: impl Fn(&mut Monitor, Instant)) -> Op
     let now = Instant::now() + Duration::from_secs(10);
     let mut monitor = healthy(now);
     spoil(&mut monitor, now);
-    let at_start = Motion::start(parameters, monitor.snapshot(), 0.5, now).err();
-    let mut motion = Motion::start(parameters, healthy(now).snapshot(), 0.5, now).unwrap();
-    let in_motion = motion
-        .step(monitor.snapshot(), now + Duration::from_millis(10))
-        .err();
+    let start = |monitor: &Monitor| Motion::start(parameters, monitor.snapshot(), 0.5, now);
+    let at_start = start(&monitor).err().map(refusal_of);
+    let mut motion = start(&healthy(now)).unwrap();
+    motion.step(monitor.snapshot(), now + Duration::from_millis(10));
+    let in_motion = motion.ending().cloned().map(refusal_of);
     match (&at_start, &in_motion) {
         (Some(Refusal::PublishersUnknown), None) => {}
         // Ages differ by the tick; the kind must be the same.
-        (Some(start), Some(MotionError::Refused(running))) => {
+        (Some(start), Some(running)) => {
             assert_eq!(
                 std::mem::discriminant(start),
                 std::mem::discriminant(running)
@@ -40,6 +45,13 @@ fn refusal(parameters: &Parameters, spoil: impl Fn(&mut Monitor, Instant)) -> Op
         other => panic!("start and motion disagree: {other:?}"),
     }
     at_start
+}
+
+fn refusal_of(error: MotionError) -> Refusal {
+    match error {
+        MotionError::Refused(refusal) => refusal,
+        other => panic!("{other}"),
+    }
 }
 
 fn refused(spoil: impl Fn(&mut Monitor, Instant)) -> Refusal {
@@ -185,7 +197,9 @@ fn targets_out_of_range_or_not_finite_are_refused() {
     let now = Instant::now();
     let monitor = healthy(now);
     let start = |target_rad| {
-        Motion::start(&Parameters::default(), monitor.snapshot(), target_rad, now).err()
+        let parameters = Parameters::default();
+        let started = Motion::start(&parameters, monitor.snapshot(), target_rad, now);
+        started.err().map(refusal_of)
     };
     assert!(matches!(
         start(f64::NAN),
@@ -212,10 +226,13 @@ fn other_commanders_cuff_and_collisions_are_refused() {
     assert!(other.to_string().contains("/tuck_arms"));
     let unknown = refused(|monitor, _| monitor.other_publishers(None));
     assert_eq!(unknown, Refusal::PublishersUnknown);
-    assert_eq!(refused(|monitor, _| monitor.cuff(true)), Refusal::CuffHeld);
-    let near = refused(|monitor, _| monitor.collision_objects(vec!["right_wrist".into()]));
+    assert_eq!(
+        refused(|monitor, now| monitor.cuff(true, now)),
+        Refusal::CuffHeld
+    );
+    let near = refused(|monitor, now| monitor.collision_objects(vec!["right_wrist".into()], now));
     assert!(near.to_string().contains("right_wrist"));
-    let impact = refused(|monitor, _| monitor.collision_detected(true));
+    let impact = refused(|monitor, now| monitor.collision_detected(true, now));
     assert!(matches!(impact, Refusal::Collision { .. }));
 }
 
@@ -262,4 +279,83 @@ fn joints_are_found_by_name_in_any_layout() {
         0.1,
         "the message was too short to hold left_s0"
     );
+}
+
+#[test]
+fn surroundings_must_be_heard_and_fresh_unless_waived() {
+    let now = Instant::now() + Duration::from_secs(10);
+    let old = now.checked_sub(Duration::from_millis(600)).unwrap();
+    let check = |parameters: &Parameters, monitor: &Monitor| {
+        let checked = Guard::new(parameters).check(monitor.snapshot(), now);
+        checked.err().map(|refusal| refusal.to_string())
+    };
+    let strict = Parameters::default();
+    for (what, topic) in [
+        (
+            Surroundings::Cuff,
+            "/robot/digital_io/left_lower_cuff/state",
+        ),
+        (
+            Surroundings::CollisionAvoidance,
+            "/robot/limb/left/collision_avoidance_state",
+        ),
+        (
+            Surroundings::CollisionDetection,
+            "/robot/limb/left/collision_detection_state",
+        ),
+    ] {
+        let waived = Parameters {
+            waived: vec![what],
+            ..Default::default()
+        };
+        let mut never = Monitor::new(Side::Left);
+        never.state(HEALTHY, now);
+        let names = Side::Left.joint_names().map(String::from);
+        never.joint_states(&names, &[0.1; 7], &[0.0; 7], Duration::from_secs(100), now);
+        let mut stale = healthy(now);
+        let hear_all_but = |monitor: &mut Monitor| {
+            let heard = |other| if other == what { None } else { Some(now) };
+            if let Some(now) = heard(Surroundings::Cuff) {
+                monitor.cuff(false, now);
+            }
+            if let Some(now) = heard(Surroundings::CollisionAvoidance) {
+                monitor.collision_objects(vec![], now);
+            }
+            if let Some(now) = heard(Surroundings::CollisionDetection) {
+                monitor.collision_detected(false, now);
+            }
+        };
+        hear_all_but(&mut never);
+        match what {
+            Surroundings::Cuff => stale.cuff(false, old),
+            Surroundings::CollisionAvoidance => stale.collision_objects(vec![], old),
+            Surroundings::CollisionDetection => stale.collision_detected(false, old),
+        }
+        let text = check(&strict, &never).unwrap();
+        assert!(
+            text.contains(&format!("no message on {topic} yet")),
+            "{text}"
+        );
+        assert!(
+            text.contains(&format!("name {} in ~waived", what.name())),
+            "{text}"
+        );
+        let text = check(&strict, &stale).unwrap();
+        assert!(
+            text.contains(&format!("last message on {topic} is 0.60 s old")),
+            "{text}"
+        );
+        assert_eq!(check(&waived, &never), None);
+        assert_eq!(check(&waived, &stale), None);
+    }
+}
+
+#[test]
+fn what_is_waived_still_counts_where_it_is_heard() {
+    let waived = Parameters {
+        waived: vec![Surroundings::Cuff],
+        ..Default::default()
+    };
+    let held = |monitor: &mut Monitor, now| monitor.cuff(true, now);
+    assert_eq!(refusal(&waived, held), Some(Refusal::CuffHeld));
 }

@@ -1,95 +1,23 @@
 //! Whole motions on the simulated arm.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::time::{Duration, Instant};
+mod support;
 
-use baxter::{Arrived, Side, StateRefusal, W2};
-use sim_baxter::{Kinematics, Robot};
-use wrist_rotator::{Monitor, Motion, MotionError, Parameters, Refusal, Step};
+use std::time::Duration;
 
-const TICK: Duration = Duration::from_millis(10);
-const TICK_S: f64 = 0.01;
+use baxter::{Side, StateRefusal, W2};
+use support::Bench;
+use wrist_rotator::{MotionError, Parameters, Refusal, Step};
 
-/// A robot, what is known of it, and the time.
-struct Bench {
-    robot: Robot,
-    monitor: Monitor,
-    now: Instant,
-    stamp: Duration,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let kinematics = Kinematics::baxter().unwrap();
-        let mut parameters = sim_baxter::Parameters::default();
-        parameters.scan_pose.left_arm_rad.left_w2 = 0.0;
-        let robot = Robot::new(&parameters, &kinematics).unwrap();
-        let mut monitor = Monitor::new(Side::Left);
-        monitor.other_publishers(Some(vec![]));
-        let stamp = Duration::from_secs(1_000);
-        let mut bench = Self {
-            robot,
-            monitor,
-            now: Instant::now(),
-            stamp,
-        };
-        bench.tick();
-        bench
-    }
-
-    /// A hundredth of a second passes; the robot speaks.
-    fn tick(&mut self) {
-        self.robot.step(TICK_S);
-        self.now += TICK;
-        self.stamp += TICK;
-        let states = self.robot.joint_states();
-        let names: Vec<String> = states.names.iter().map(|name| name.to_string()).collect();
-        let (positions, velocities) = (&states.positions, &states.velocities);
-        self.monitor
-            .joint_states(&names, positions, velocities, self.stamp, self.now);
-        self.monitor.state(self.robot.assembly.state(), self.now);
-    }
-
-    fn start(&self, target_rad: f64) -> Motion {
-        let parameters = Parameters::default();
-        Motion::start(&parameters, self.monitor.snapshot(), target_rad, self.now).unwrap()
-    }
-
-    fn obey(&mut self, angles_rad: [f64; 7]) {
-        let names = Side::Left.joint_names().map(String::from);
-        let _ = self.robot.command_arm(Side::Left, 1, &names, &angles_rad);
-    }
-
-    /// Turns to the target; `disturb` is called before each tick.
-    fn turn(
-        &mut self,
-        target_rad: f64,
-        mut disturb: impl FnMut(&mut Self, f64),
-    ) -> Result<(Arrived, f64), MotionError> {
-        let mut motion = self.start(target_rad);
-        let started = self.now;
-        loop {
-            let elapsed_s = (self.now - started).as_secs_f64();
-            disturb(self, elapsed_s);
-            match motion.step(self.monitor.snapshot(), self.now)? {
-                Step::Arrived(arrived) => return Ok((arrived, elapsed_s)),
-                Step::Command(angles_rad) => self.obey(angles_rad),
-            }
-            self.tick();
-        }
-    }
-
-    fn w2(&self) -> (f64, f64) {
-        let arm = self.robot.arm(Side::Left);
-        (arm.angles_rad()[W2], arm.velocities_rad_s()[W2])
-    }
-}
+const NONE: [&str; 0] = [];
 
 #[test]
 fn turns_0_6_rad_within_1_2_s_settling_included() {
     let mut bench = Bench::new();
     for target_rad in [0.6, 0.0, -0.6] {
-        let (arrived, elapsed_s) = bench.turn(target_rad, |_, _| {}).unwrap();
+        let mut motion = bench.start(target_rad);
+        let (ended, elapsed_s) = bench.carry_out(&mut motion, |_, _, _| {});
+        let arrived = ended.result.unwrap();
         println!(
             "{target_rad}: {elapsed_s:.2} s, at {:.5} rad",
             arrived.angle_rad
@@ -99,22 +27,27 @@ fn turns_0_6_rad_within_1_2_s_settling_included() {
         let dwell = Duration::from_secs_f64(Parameters::default().dwell_s);
         assert!(bench.stamp - arrived.at_rest >= dwell);
     }
+    assert_eq!(bench.violations(), NONE);
 }
 
 #[test]
 fn arrives_across_the_whole_range_and_where_it_already_is() {
     let mut bench = Bench::new();
     for target_rad in [3.05, -3.05, -3.05] {
-        bench.turn(target_rad, |_, _| {}).unwrap();
+        let mut motion = bench.start(target_rad);
+        let (ended, _) = bench.carry_out(&mut motion, |_, _, _| {});
+        assert!(ended.result.is_ok());
         assert!((bench.w2().0 - target_rad).abs() < 0.0087);
     }
+    assert_eq!(bench.violations(), NONE);
 }
 
 #[test]
 fn leaves_the_other_joints_where_they_are() {
     let mut bench = Bench::new();
     let before = bench.robot.arm(Side::Left).angles_rad();
-    bench.turn(0.6, |_, _| {}).unwrap();
+    let mut motion = bench.start(0.6);
+    bench.carry_out(&mut motion, |_, _, _| {});
     let after = bench.robot.arm(Side::Left).angles_rad();
     for joint in 0..W2 {
         assert!((after[joint] - before[joint]).abs() < 5e-4, "joint {joint}");
@@ -122,33 +55,144 @@ fn leaves_the_other_joints_where_they_are() {
 }
 
 #[test]
-fn an_emergency_stop_ends_the_motion_at_the_next_tick() {
+fn an_emergency_stop_ends_the_commands_at_the_next_tick() {
     let mut bench = Bench::new();
-    let error = bench
-        .turn(2.0, |bench, elapsed_s| {
-            if elapsed_s > 0.5 {
-                bench.robot.assembly.press_estop();
-            }
-        })
-        .unwrap_err();
-    assert!(
-        matches!(
-            error,
-            MotionError::Refused(Refusal::State(StateRefusal::EmergencyStop { .. }))
-        ),
-        "{error}"
-    );
-    bench.tick();
+    let mut motion = bench.start(2.0);
+    let (ended, _) = bench.carry_out(&mut motion, |bench, motion, elapsed_s| {
+        if elapsed_s > 0.5 && bench.robot.assembly.allows_motion() {
+            bench.robot.assembly.press_estop();
+            bench.tick();
+            let step = motion.step(bench.monitor.snapshot(), bench.now);
+            assert_eq!(step, Step::Wait);
+        }
+    });
+    let error = ended.result.unwrap_err();
+    let refusal = Refusal::State(StateRefusal::EmergencyStop {
+        button: baxter::EstopButton::Pressed,
+        source_name: baxter::EstopSource::User,
+    });
+    assert_eq!(error, MotionError::Refused(refusal));
     let stopped_at = bench.w2().0;
+    assert_eq!(bench.w2().1, 0.0, "the answer comes once the arm rests");
     bench.robot.assembly.release_estop();
     bench.robot.assembly.reset();
     bench.robot.assembly.enable(true);
     (0..200).for_each(|_| bench.tick());
     assert!(
-        (bench.w2().0 - stopped_at).abs() < 0.03,
+        (bench.w2().0 - stopped_at).abs() < 1e-3,
         "nobody moved it on"
     );
-    bench.turn(0.0, |_, _| {}).unwrap();
+    let mut motion = bench.start(0.0);
+    let (ended, _) = bench.carry_out(&mut motion, |_, _, _| {});
+    assert!(ended.result.is_ok());
+    assert_eq!(bench.violations(), NONE);
+}
+
+/// What ends a motion, and what does it.
+type Case = (&'static str, fn(&mut Bench, &mut wrist_rotator::Motion));
+
+#[test]
+fn each_end_comes_to_rest_along_a_ramp_within_a_quarter_of_a_second() {
+    let cases: [Case; 6] = [
+        ("stop_wrist", |bench, motion| {
+            motion.end(MotionError::Stopped, bench.now);
+        }),
+        ("hung up", |bench, motion| {
+            let reason = MotionError::NobodyWaits("the caller /x hung up or died".into());
+            motion.end(reason, bench.now);
+        }),
+        ("/tuck_arms", |bench, _| {
+            let others = Some(vec!["/tuck_arms".into()]);
+            bench.monitor.other_publishers(others);
+        }),
+        ("collision reported (table)", |bench, _| {
+            bench
+                .robot
+                .set_collision_objects(Side::Left, vec!["table".into()]);
+            bench.publish(bench.now);
+        }),
+        ("impact detected", |bench, _| {
+            bench.robot.set_impact(Side::Left, true);
+            bench.publish(bench.now);
+        }),
+        ("reports nan rad for left_e1", |bench, _| {
+            let names = ["left_e1".to_owned()];
+            let (stamp, now) = (bench.stamp, bench.now);
+            bench
+                .monitor
+                .joint_states(&names, &[f64::NAN], &[], stamp, now);
+            bench.silent = vec!["joint_states"];
+        }),
+    ];
+    for (words, end) in cases {
+        // In the middle of speeding up, at full speed, and while slowing down.
+        for at_s in [0.1, 0.5, 1.55] {
+            let mut bench = Bench::new();
+            let mut motion = bench.start(1.5);
+            let mut rested_s = None;
+            let (ended, _) = bench.carry_out(&mut motion, |bench, motion, elapsed_s| {
+                if (elapsed_s - at_s).abs() < 1e-6 {
+                    end(bench, motion);
+                }
+                if elapsed_s > at_s && bench.w2().1.abs() < 0.02 {
+                    rested_s.get_or_insert(elapsed_s - at_s);
+                    // Seen at rest only if it is heard.
+                    bench.silent.clear();
+                }
+            });
+            let error = ended.result.unwrap_err().to_string();
+            assert!(error.to_lowercase().contains(words), "{error}");
+            assert!(ended.rest.is_some(), "{words} at {at_s} s");
+            let rested_s = rested_s.unwrap();
+            assert!(rested_s <= 0.25, "{words} at {at_s} s: {rested_s} s");
+            assert_eq!(bench.violations(), NONE, "{words} at {at_s} s");
+        }
+    }
+}
+
+#[test]
+fn each_topic_that_falls_silent_ends_the_motion() {
+    for topic in [
+        "joint_states",
+        "state",
+        "cuff",
+        "collision_avoidance",
+        "collision_detection",
+    ] {
+        let mut bench = Bench::new();
+        let mut motion = bench.start(2.9);
+        let (ended, elapsed_s) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+            if elapsed_s > 0.5 {
+                bench.silent = vec![topic];
+            }
+        });
+        let error = ended.result.unwrap_err().to_string();
+        assert!(error.contains("s old"), "{error}");
+        assert!(error.contains(topic) || topic == "joint_states", "{error}");
+        assert!(bench.w2().0 < 1.6, "{topic}");
+        assert_eq!(ended.rest.is_none(), topic == "joint_states");
+        assert!(elapsed_s < 3.6, "{topic}: {elapsed_s} s");
+        assert_eq!(bench.violations(), NONE, "{topic}");
+    }
+}
+
+#[test]
+fn a_cuff_that_is_held_takes_the_arm_out_of_command_at_once() {
+    let mut bench = Bench::new();
+    let mut motion = bench.start(2.0);
+    let (ended, _) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+        if elapsed_s > 0.5 {
+            bench.robot.hold_cuff(Side::Left, true);
+        }
+        if elapsed_s > 0.53 {
+            assert!(
+                bench.robot.arm(Side::Left).position_goals_rad()[W2].is_none(),
+                "no setpoint waits for the cuff's release"
+            );
+        }
+    });
+    assert_eq!(ended.result, Err(Refusal::CuffHeld.into()));
+    assert_eq!(bench.violations(), NONE);
 }
 
 #[test]
@@ -156,103 +200,74 @@ fn a_command_topic_that_froze_is_noticed() {
     let mut bench = Bench::new();
     let mut motion = bench.start(1.5);
     let error = loop {
-        match motion.step(bench.monitor.snapshot(), bench.now) {
-            Ok(_) => bench.tick(), // The command is lost on its way.
-            Err(error) => break error,
+        // The command is lost on its way.
+        if let Step::Ended(ended) = motion.step(bench.monitor.snapshot(), bench.now) {
+            break ended.result.unwrap_err();
         }
+        bench.tick();
     };
     assert!(matches!(error, MotionError::NotFollowing { .. }), "{error}");
     assert_eq!(bench.w2().0, 0.0);
 }
 
 #[test]
-fn a_motion_outlasts_commands_that_are_lost_for_a_while() {
+fn an_arm_that_is_stuck_for_a_while_is_waited_for_and_goes_on_from_rest() {
     let mut bench = Bench::new();
     let mut motion = bench.start(1.5);
-    let started = bench.now;
-    let arrived = loop {
-        let step = motion.step(bench.monitor.snapshot(), bench.now).unwrap();
-        let measured_rad = bench.w2().0;
-        match step {
-            Step::Arrived(arrived) => break arrived,
-            Step::Command(angles_rad) => {
-                let ahead_rad = angles_rad[W2] - measured_rad;
-                assert!(ahead_rad < 0.22, "{ahead_rad} rad ahead of the arm");
-                let lost = (0.3..1.0).contains(&(bench.now - started).as_secs_f64());
-                if !lost {
-                    bench.obey(angles_rad);
-                }
-            }
-        }
-        bench.tick();
-    };
-    assert!((arrived.angle_rad - 1.5).abs() < 0.0087);
+    let (ended, _) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+        let stuck = (0.5..1.2).contains(&elapsed_s);
+        bench.robot.arm_mut(Side::Left).jam(W2, stuck);
+        let goal_rad = bench.robot.arm(Side::Left).position_goals_rad()[W2];
+        let ahead_rad = goal_rad.map_or(0.0, |goal_rad| goal_rad - bench.w2().0);
+        assert!(ahead_rad < 0.32, "{ahead_rad} rad ahead of the arm");
+    });
+    assert!((ended.result.unwrap().angle_rad - 1.5).abs() < 0.0087);
+    assert_eq!(bench.violations(), NONE);
+}
+
+#[test]
+fn an_arm_that_stays_stuck_does_not_move_when_it_comes_free_after_the_answer() {
+    let mut bench = Bench::new();
+    let mut motion = bench.start(1.5);
+    let (ended, _) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+        bench.robot.arm_mut(Side::Left).jam(W2, elapsed_s > 0.5);
+    });
+    let error = ended.result.unwrap_err();
+    assert!(matches!(error, MotionError::NotFollowing { .. }), "{error}");
+    let stuck_rad = bench.w2().0;
+    bench.robot.arm_mut(Side::Left).jam(W2, false);
+    (0..50).for_each(|_| bench.tick());
+    assert!((bench.w2().0 - stuck_rad).abs() < 1e-6);
+    assert_eq!(bench.violations(), NONE);
 }
 
 #[test]
 fn a_blocked_joint_misses_its_deadline() {
     let mut bench = Bench::new();
+    bench.robot.arm_mut(Side::Left).jam(W2, true);
     // So short a way that the following error stays within bounds.
     let mut motion = bench.start(0.1);
-    let started = bench.now;
-    let error = loop {
-        match motion.step(bench.monitor.snapshot(), bench.now) {
-            Ok(_) => bench.tick(),
-            Err(error) => break error,
-        }
-    };
+    let (ended, elapsed_s) = bench.carry_out(&mut motion, |_, _, _| {});
+    let error = ended.result.unwrap_err();
     assert!(matches!(error, MotionError::Deadline { .. }), "{error}");
-    assert!(bench.now - started < Duration::from_secs(3));
+    assert!(elapsed_s < 3.0);
     assert!(error.to_string().contains("left_w2"));
 }
 
 #[test]
-fn a_stalled_commander_does_not_jump_ahead() {
-    let mut bench = Bench::new();
-    let mut motion = bench.start(1.5);
-    let commanded = |step: Step| match step {
-        Step::Command(angles_rad) => angles_rad[W2],
-        Step::Arrived(_) => panic!("too early"),
-    };
-    let mut before = 0.0;
-    for _ in 0..60 {
-        before = commanded(motion.step(bench.monitor.snapshot(), bench.now).unwrap());
-        let angles_rad = std::array::from_fn(|joint| if joint == W2 { before } else { 0.0 });
-        bench.obey(angles_rad);
-        bench.tick();
-    }
-    // 0.15 s pass in which nobody commands; the joint states remain fresh.
-    (0..15).for_each(|_| bench.tick());
-    let after = commanded(motion.step(bench.monitor.snapshot(), bench.now).unwrap());
-    assert!(after - before <= 0.021, "jumped by {}", after - before);
-}
-
-#[test]
-fn commands_are_bounded_in_velocity_even_with_an_uneven_ticker() {
-    let bench = Bench::new();
-    let mut motion = bench.start(1.5);
-    let mut now = bench.now;
-    let mut monitor = bench.monitor.clone();
-    let names = Side::Left.joint_names().map(String::from);
-    let mut previous = 0.0;
-    for tick in 0..80_u32 {
-        let pause = Duration::from_millis(if tick % 7 == 0 { 18 } else { 9 });
-        now += pause;
-        let state = monitor.snapshot().state.unwrap().value;
-        monitor.state(state, now);
-        let mut angles_rad = [0.0; 7];
-        angles_rad[W2] = previous;
-        monitor.joint_states(
-            &names,
-            &angles_rad,
-            &[0.0; 7],
-            bench.stamp + pause * tick,
-            now,
-        );
-        let Step::Command(angles_rad) = motion.step(monitor.snapshot(), now).unwrap() else {
-            panic!("too early");
-        };
-        assert!((angles_rad[W2] - previous) <= 1.0 * pause.as_secs_f64() + 1e-9);
-        previous = angles_rad[W2];
+fn a_commander_that_was_held_up_goes_on_from_rest() {
+    for stalled_ticks in [4, 15, 40] {
+        let mut bench = Bench::new();
+        let mut motion = bench.start(1.5);
+        let (ended, _) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+            if (elapsed_s - 0.6).abs() < 1e-6 {
+                // Nobody commands; the joint states remain fresh.
+                (0..stalled_ticks).for_each(|_| bench.tick());
+            }
+        });
+        assert!((ended.result.unwrap().angle_rad - 1.5).abs() < 0.0087);
+        let violations = bench.violations();
+        let unavoidable = |text: &String| stalled_ticks > 20 && text.contains("ends at speed");
+        assert!(violations.iter().all(unavoidable), "{violations:?}");
     }
 }

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use baxter::JOINTS_PER_ARM;
 
+use crate::contract::Setpoint;
 use crate::parameters::Parameters;
 use crate::tracker::{Goal, Tracker};
 use crate::urdf::Limits;
@@ -60,9 +61,6 @@ pub enum CommandError {
     },
 }
 
-/// Commands for some of the joints, by their index.
-type Goals = [Option<f64>; JOINTS_PER_ARM];
-
 /// A seven-joint arm. Angles in rad, in the order s0, s1, e0, e1, w0, w1, w2.
 #[derive(Debug, Clone)]
 pub struct Arm {
@@ -70,7 +68,7 @@ pub struct Arm {
     joints: [Tracker; JOINTS_PER_ARM],
     goals: [Goal; JOINTS_PER_ARM],
     /// Accepted commands that the controller has not seen yet, and when it will.
-    on_the_way: VecDeque<(f64, CommandMode, Goals)>,
+    on_the_way: VecDeque<(f64, CommandMode, Setpoint)>,
     time_s: f64,
     silent_s: f64,
     speed_ratio: f64,
@@ -120,6 +118,14 @@ impl Arm {
         self.joints.each_ref().map(|joint| joint.velocity)
     }
 
+    /// Where the joints are told to go, rad; `None` for those that hold.
+    pub fn position_goals_rad(&self) -> [Option<f64>; JOINTS_PER_ARM] {
+        self.goals.map(|goal| match goal {
+            Goal::Position { target, .. } => Some(target),
+            Goal::Hold | Goal::Velocity(_) => None,
+        })
+    }
+
     /// Fraction of the velocity limits used in position mode.
     pub fn speed_ratio(&self) -> f64 {
         self.speed_ratio
@@ -159,6 +165,20 @@ impl Arm {
         Ok(())
     }
 
+    /// The angles of a command in one of the position modes, if it is well formed.
+    pub(crate) fn setpoint(&self, mode: i32, names: &[String], values: &[f64]) -> Option<Setpoint> {
+        matches!(mode, 1 | 4)
+            .then(|| self.read_goals(names, values).ok())
+            .flatten()
+    }
+
+    /// Blocks a joint where it is, or lets it free.
+    pub fn jam(&mut self, joint: usize, jammed: bool) {
+        if let Some(joint) = self.joints.get_mut(joint) {
+            joint.jammed = jammed;
+        }
+    }
+
     /// Forgets all commands; the joints brake and stay.
     pub(crate) fn hold(&mut self) {
         self.on_the_way.clear();
@@ -177,12 +197,12 @@ impl Arm {
         }
     }
 
-    fn read_goals(&self, names: &[String], values: &[f64]) -> Result<Goals, CommandError> {
+    fn read_goals(&self, names: &[String], values: &[f64]) -> Result<Setpoint, CommandError> {
         if names.len() != values.len() {
             let (names, values) = (names.len(), values.len());
             return Err(CommandError::UnequalLengths { names, values });
         }
-        let mut goals = Goals::default();
+        let mut goals = Setpoint::default();
         for (name, &value) in names.iter().zip(values) {
             let index = self.names.iter().position(|own| own == name);
             let index = index.ok_or_else(|| CommandError::UnknownJoint(name.clone()))?;

@@ -2,10 +2,12 @@
 //!
 //! [`Robot`] is the whole machine. Time enters by [`Robot::step`] alone, so that tests need no clock. It is meant to be as
 //! strict as the real robot: it moves only while enabled, never faster than the joint limits times the speed ratio, and
-//! holds still when its commander falls silent. Metres, radians, seconds throughout.
+//! holds still when its commander falls silent. It also judges whether the commander keeps the contract of motion
+//! ([`Robot::take_violations`]). Metres, radians, seconds throughout.
 
 mod arm;
 mod assembly;
+mod contract;
 mod gripper;
 mod gripper_command;
 mod hand;

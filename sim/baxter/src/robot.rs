@@ -5,6 +5,7 @@ use nalgebra::Isometry3;
 
 use crate::arm::{Arm, CommandError};
 use crate::assembly::Assembly;
+use crate::contract::Contract;
 use crate::gripper::Gripper;
 use crate::hand::{Hand, HandKind};
 use crate::kinematics::{Chain, Kinematics, arm_positions};
@@ -25,7 +26,7 @@ const TORSO_T0_RAD: f64 = -12.566;
 /// Acceleration of the head, rad/s^2. Assumed.
 const HEAD_ACCELERATION_RAD_S2: f64 = 10.0;
 
-/// A simulated Baxter. [`Robot::step`] moves time on; the rest are its sensors and its ears.
+/// A simulated Baxter. [`Robot::step`] moves time on; the rest are its sensors and its commands.
 #[derive(Debug, Clone)]
 pub struct Robot {
     /// State machine; its methods are the buttons and the `set_super_*` topics.
@@ -36,6 +37,9 @@ pub struct Robot {
     head_goal: Goal,
     cuffs_held: [bool; 2],
     collision_objects: [Vec<String>; 2],
+    impacts: [bool; 2],
+    contracts: [Contract; 2],
+    time_s: f64,
     base_from_gripper: [Chain; 2],
     encoders: Encoders,
 }
@@ -87,6 +91,9 @@ impl Robot {
             head_goal: Goal::Hold,
             cuffs_held: [false; 2],
             collision_objects: Default::default(),
+            impacts: [false; 2],
+            contracts: Side::BOTH.map(Contract::new),
+            time_s: 0.0,
             base_from_gripper: [
                 kinematics.chain("left_gripper")?,
                 kinematics.chain("right_gripper")?,
@@ -142,6 +149,10 @@ impl Robot {
         names: &[String],
         values: &[f64],
     ) -> Result<(), CommandError> {
+        let angles_rad = self.arm(side).angles_rad();
+        if let Some(setpoint) = self.arm(side).setpoint(mode, names, values) {
+            self.contracts[side as usize].receive(setpoint, &angles_rad, self.time_s);
+        }
         if !self.assembly.allows_motion() {
             return Err(CommandError::NotEnabled);
         }
@@ -180,6 +191,23 @@ impl Robot {
     /// What collision avoidance sees too near; empty if nothing.
     pub fn collision_objects(&self, side: Side) -> &[String] {
         &self.collision_objects[side as usize]
+    }
+
+    /// Whether collision detection feels an impact on an arm.
+    pub fn impact(&self, side: Side) -> bool {
+        self.impacts[side as usize]
+    }
+
+    /// Sets what collision detection feels.
+    pub fn set_impact(&mut self, side: Side, impact: bool) {
+        self.impacts[side as usize] = impact;
+    }
+
+    /// What the commanders of the arms have done against the contract of motion since this was asked last, in words. A
+    /// motion is judged when it has ended: 0.2 s after its last setpoint.
+    pub fn take_violations(&mut self) -> Vec<String> {
+        let violations = self.contracts.iter_mut().map(Contract::take_violations);
+        violations.flatten().collect()
     }
 
     /// Sets what collision avoidance sees.
@@ -223,6 +251,20 @@ impl Robot {
     fn step_once(&mut self, dt_s: f64) {
         self.assembly.step(dt_s);
         let may_move = self.assembly.allows_motion();
+        self.time_s += dt_s;
+        for side in Side::BOTH {
+            let takes_commands = may_move && !self.cuff_held(side);
+            let reason = if !may_move {
+                Some("the robot is stopped or not enabled")
+            } else if self.cuff_held(side) {
+                Some("the cuff is held")
+            } else if !self.collision_objects(side).is_empty() || self.impact(side) {
+                Some("a collision is reported")
+            } else {
+                None
+            };
+            self.contracts[side as usize].forbid(reason, takes_commands, self.time_s);
+        }
         for (arm, cuff_held) in self.arms.iter_mut().zip(self.cuffs_held) {
             if !may_move || cuff_held {
                 arm.hold();

@@ -23,6 +23,8 @@ pub(crate) struct Tracker {
     pub velocity: f64,
     pub limits: Limits,
     acceleration_max: f64,
+    /// Blocked where it is.
+    pub jammed: bool,
 }
 
 impl Tracker {
@@ -32,10 +34,15 @@ impl Tracker {
             velocity: 0.0,
             limits,
             acceleration_max,
+            jammed: false,
         }
     }
 
     pub fn step(&mut self, goal: Goal, dt_s: f64) {
+        if self.jammed {
+            self.velocity = 0.0;
+            return;
+        }
         let wanted = match goal {
             Goal::Hold => 0.0,
             Goal::Position { target, speed } => {

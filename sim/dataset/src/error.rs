@@ -1,6 +1,5 @@
 //! What can go wrong, with what to do about it.
 
-use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -133,7 +132,7 @@ pub enum DatasetError {
     /// A failure after the work began.
     #[error(
         "{}\n{done} of {total} meshes are finished and kept: the same command goes on from there",
-        describe(cause.as_ref())
+        program::describe(cause.as_ref())
     )]
     Halted {
         /// Meshes finished, with those of earlier runs.
@@ -228,20 +227,6 @@ pub enum MergeError {
         /// The folder.
         out: PathBuf,
     },
-}
-
-/// An error and its causes. Some errors say their cause themselves; it is not said twice.
-pub fn describe(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut next = error.source();
-    while let Some(cause) = next {
-        let said = cause.to_string();
-        if !text.contains(&said) {
-            text += &format!(": {said}");
-        }
-        next = cause.source();
-    }
-    text
 }
 
 impl DatasetError {

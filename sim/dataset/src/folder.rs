@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{ErrorKind, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde_yaml::Value;
@@ -18,10 +17,6 @@ const MANIFEST: &str = "manifest.csv";
 const JOURNAL: &str = "manifest.unfinished.csv";
 const RECORD: &str = "run.yaml";
 const SHARD: &str = "shard.yaml";
-/// Files in the making begin so, or end so where meshes are written; those of a run that was killed are removed by the
-/// next.
-pub(crate) const UNFINISHED: &str = ".unfinished-";
-const TEMPORARY: &str = ".tmp";
 
 /// Rows by object and number.
 pub type Rows = BTreeMap<(String, usize), Row>;
@@ -236,7 +231,7 @@ impl Folder {
 /// Removes what a killed run left half-written.
 fn sweep(folder: &Path) -> Result<(), DatasetError> {
     for (name, path) in list(folder)? {
-        if name.starts_with(UNFINISHED) || name.ends_with(TEMPORARY) {
+        if name.starts_with(whole_file::UNFINISHED) {
             fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
         }
     }
@@ -254,30 +249,7 @@ fn list(folder: &Path) -> Result<Vec<(String, PathBuf)>, DatasetError> {
     Ok(found)
 }
 
-/// A file in the making, beside its later place.
-pub(crate) fn unfinished(path: &Path, end: &str) -> Result<tempfile::NamedTempFile, DatasetError> {
-    tempfile::Builder::new()
-        .prefix(UNFINISHED)
-        .suffix(end)
-        // As the user's umask has it, not for this user alone.
-        .permissions(fs::Permissions::from_mode(0o666))
-        .tempfile_in(path.parent().unwrap_or(Path::new(".")))
-        .map_err(DatasetError::io("write", path))
-}
-
-/// Puts a file in its place, whole and on the disk.
-pub(crate) fn put(file: tempfile::NamedTempFile, path: &Path) -> Result<(), DatasetError> {
-    let written = file.as_file().sync_all();
-    written
-        .and_then(|()| file.persist(path).map_err(|error| error.error))
-        .map(|_| ())
-        .map_err(DatasetError::io("write", path))
-}
-
 /// Writes a file whole or not at all.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-    let mut file = unfinished(path, "")?;
-    file.write_all(bytes)
-        .map_err(DatasetError::io("write", path))?;
-    put(file, path)
+    whole_file::write(path, bytes).map_err(DatasetError::io("write", path))
 }

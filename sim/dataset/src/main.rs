@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use sim_dataset::error::{DatasetError, describe};
+use sim_dataset::DatasetError;
 use sim_dataset::generate::generate;
 use sim_dataset::merge::merge;
 use sim_dataset::object::Source;
@@ -138,7 +138,7 @@ fn main() -> ExitCode {
     match run(Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("generate_dataset: {}", describe(error.as_ref()));
+            eprintln!("generate_dataset: {}", program::describe(error.as_ref()));
             let usage = error.downcast_ref().is_some_and(DatasetError::is_usage);
             ExitCode::from(if usage { 2 } else { 1 })
         }
@@ -162,9 +162,9 @@ fn run(arguments: Arguments) -> Result<()> {
 
 fn print(summary: &Summary, json: bool) -> Result<()> {
     if json {
-        println!("{:#}", serde_json::to_value(summary)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(summary)?))?;
     } else {
-        print!("{}", summary.to_text());
+        program::print(summary.to_text())?;
     }
     Ok(())
 }

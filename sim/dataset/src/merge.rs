@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use serde::Deserialize;
 use serde_yaml::Value;
+use whole_file::Draft;
 
 use crate::error::{DatasetError, MergeError};
-use crate::folder::{Folder, put, unfinished};
+use crate::folder::Folder;
 use crate::manifest::Row;
 use crate::mesh_file;
 use crate::plan::file_name;
@@ -216,7 +217,10 @@ fn link(from: &Path, to: &Path) -> Result<(), DatasetError> {
 
 fn copy(from: &Path, to: &Path) -> Result<(), DatasetError> {
     let mut source = fs::File::open(from).map_err(DatasetError::io("read", from))?;
-    let mut file = unfinished(to, "")?;
-    io::copy(&mut source, &mut file).map_err(DatasetError::io("write", to))?;
-    put(file, to)
+    let mut write = || -> io::Result<()> {
+        let mut draft = Draft::of(to)?;
+        io::copy(&mut source, draft.file())?;
+        draft.finish()
+    };
+    write().map_err(DatasetError::io("write", to))
 }

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
+use whole_file::Draft;
 
 use crate::error::DatasetError;
-use crate::folder::{Folder, put, unfinished};
+use crate::folder::Folder;
 use crate::manifest::Row;
 
 const SIZE_PX: (u32, u32) = (960, 640);
@@ -56,15 +57,15 @@ fn draw(path: &Path, title: &str, rows: &[Row]) -> Result<(), DatasetError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT, FontStyle::Normal, font)
         .map_err(|_| refuse("its font is damaged".to_owned()))?;
-    let file = unfinished(path, ".png")?;
-    let area = BitMapBackend::new(file.path(), SIZE_PX).into_drawing_area();
+    let draft = Draft::of(path).map_err(DatasetError::io("write", path))?;
+    let area = BitMapBackend::new(draft.path(), SIZE_PX).into_drawing_area();
     let meshes = rows.iter().filter(|row| row.has_mesh()).count();
     let title = format!("{title}: {meshes} meshes");
     fill(&area, &title, &by_intensity(rows))
         .and_then(|()| area.present())
         .map_err(|error| refuse(error.to_string()))?;
     drop(area);
-    put(file, path)
+    draft.finish().map_err(DatasetError::io("write", path))
 }
 
 /// Asked intensity in mm, and the losses of its meshes, rising.

@@ -1,6 +1,6 @@
-//! Who is next to whom on a mesh, and how much each edge weighs.
+//! One-rings: the neighbours of each vertex, and the cotangent weight of the edge to each.
 
-use mesh::Mesh;
+use mesh::{Mesh, Rows, Spoke};
 use nalgebra::{Point3, Vector3};
 
 /// Why a mesh has no sound one-rings.
@@ -56,12 +56,7 @@ pub enum MeshFault {
 
 /// The neighbours of each vertex, ascending, and the weight of the edge to each.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct OneRings {
-    /// Where each vertex's neighbours start; one more than there are vertices.
-    starts: Vec<usize>,
-    neighbours: Vec<u32>,
-    weights: Vec<f64>,
-}
+pub(crate) struct OneRings(Rows<(u32, f64)>);
 
 /// An angle's cotangent is cut off here, so that a triangle of no area weighs much, but not infinitely much.
 const COTANGENT_MAX: f64 = 1e4;
@@ -74,48 +69,40 @@ impl OneRings {
     /// two of them inside a surface, one at its rim, more where it is not a manifold.
     pub fn new(mesh: &Mesh) -> Result<Self, MeshFault> {
         check(mesh)?;
-        let mut half_edges = half_edges(mesh);
-        half_edges.sort_by_key(|&(from, to, _)| (from, to));
-        let mut rings = Self {
-            starts: vec![0; mesh.vertices.len() + 1],
-            neighbours: Vec::new(),
-            weights: Vec::new(),
-        };
-        for edge in half_edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            let sum: f64 = edge.iter().map(|&(_, _, cotangent)| cotangent).sum();
-            rings.starts[edge[0].0 as usize + 1] += 1;
-            rings.neighbours.push(edge[0].1);
-            rings
-                .weights
-                .push((sum / edge.len() as f64).max(WEIGHT_MIN));
+        let half_edges = mesh.half_edges();
+        let mut rings = Rows::new();
+        for vertex in 0..half_edges.vertex_count() as u32 {
+            let cotangent = |spoke: &Spoke| {
+                let [apex, from, to] = mesh.corners(&[spoke.apex, vertex, spoke.to]);
+                cotangent(from - apex, to - apex)
+            };
+            let spokes = half_edges.spokes(vertex);
+            let edges = spokes.chunk_by(|a, b| a.to == b.to);
+            rings.push(edges.map(|edge| {
+                let mean = edge.iter().map(cotangent).sum::<f64>() / edge.len() as f64;
+                (edge[0].to, mean.max(WEIGHT_MIN))
+            }));
         }
-        let isolated = || (1..rings.starts.len()).filter(|&end| rings.starts[end] == 0);
-        if let Some(first) = isolated().next() {
-            let count = isolated().count();
-            return Err(MeshFault::Isolated {
-                first: first - 1,
-                count,
-            });
+        let isolated = || (0..rings.len()).filter(|&vertex| rings.of(vertex).is_empty());
+        match isolated().next() {
+            Some(first) => Err(MeshFault::Isolated {
+                first,
+                count: isolated().count(),
+            }),
+            None => Ok(Self(rings)),
         }
-        for vertex in 0..mesh.vertices.len() {
-            rings.starts[vertex + 1] += rings.starts[vertex];
-        }
-        Ok(rings)
     }
 
     /// Number of vertices.
     pub fn len(&self) -> usize {
-        self.starts.len() - 1
+        self.0.len()
     }
 
     /// Neighbours of a vertex, each with the weight of the edge to it.
     #[inline]
     pub fn of(&self, vertex: usize) -> impl ExactSizeIterator<Item = (usize, f64)> {
-        let ring = self.starts[vertex]..self.starts[vertex + 1];
-        self.neighbours[ring.clone()]
-            .iter()
-            .map(|&neighbour| neighbour as usize)
-            .zip(self.weights[ring].iter().copied())
+        let ring = self.0.of(vertex).iter();
+        ring.map(|&(neighbour, weight)| (neighbour as usize, weight))
     }
 
     /// The same rings with vertex `order[k]` named k.
@@ -124,62 +111,14 @@ impl OneRings {
         for (name, &vertex) in order.iter().enumerate() {
             names[vertex] = name as u32;
         }
-        let mut renamed = Self {
-            starts: vec![0],
-            neighbours: Vec::with_capacity(self.neighbours.len()),
-            weights: Vec::with_capacity(self.weights.len()),
-        };
-        for &vertex in order {
-            let mut ring: Vec<_> = self
-                .of(vertex)
-                .map(|(to, weight)| (names[to], weight))
-                .collect();
+        let ring = |&vertex: &usize| {
+            let ring = self.of(vertex).map(|(to, weight)| (names[to], weight));
+            let mut ring: Vec<_> = ring.collect();
             ring.sort_by_key(|&(to, _)| to);
-            renamed.neighbours.extend(ring.iter().map(|&(to, _)| to));
-            renamed
-                .weights
-                .extend(ring.iter().map(|&(_, weight)| weight));
-            renamed.starts.push(renamed.neighbours.len());
-        }
-        renamed
+            ring
+        };
+        Self(order.iter().map(ring).collect())
     }
-
-    /// For each vertex the number of the connected component it belongs to; they are numbered from 0.
-    pub fn components(&self) -> Vec<u32> {
-        let mut components = vec![u32::MAX; self.len()];
-        let mut count = 0;
-        let mut reached = Vec::new();
-        for seed in 0..self.len() {
-            if components[seed] != u32::MAX {
-                continue;
-            }
-            components[seed] = count;
-            reached.push(seed);
-            while let Some(vertex) = reached.pop() {
-                for (neighbour, _) in self.of(vertex) {
-                    if components[neighbour] == u32::MAX {
-                        components[neighbour] = count;
-                        reached.push(neighbour);
-                    }
-                }
-            }
-            count += 1;
-        }
-        components
-    }
-}
-
-/// Surface area of a mesh, in square metres.
-pub(crate) fn area_m2(mesh: &Mesh) -> f64 {
-    let doubled: f64 = mesh
-        .triangles
-        .iter()
-        .map(|triangle| {
-            let [a, b, c] = corners(mesh, triangle);
-            (b - a).cross(&(c - a)).norm()
-        })
-        .sum();
-    doubled / 2.0
 }
 
 fn check(mesh: &Mesh) -> Result<(), MeshFault> {
@@ -212,25 +151,6 @@ fn check(mesh: &Mesh) -> Result<(), MeshFault> {
         }
     }
     Ok(())
-}
-
-/// Each triangle's edges in both directions, with the cotangent of the angle opposite.
-fn half_edges(mesh: &Mesh) -> Vec<(u32, u32, f64)> {
-    let mut edges = Vec::with_capacity(6 * mesh.triangles.len());
-    for triangle in &mesh.triangles {
-        let places = corners(mesh, triangle);
-        for apex in 0..3 {
-            let (from, to) = ((apex + 1) % 3, (apex + 2) % 3);
-            let cotangent = cotangent(places[from] - places[apex], places[to] - places[apex]);
-            edges.push((triangle[from], triangle[to], cotangent));
-            edges.push((triangle[to], triangle[from], cotangent));
-        }
-    }
-    edges
-}
-
-fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> [Vector3<f64>; 3] {
-    triangle.map(|vertex| mesh.vertices[vertex as usize].coords.cast())
 }
 
 /// Cotangent of the angle between two sides; 0 where a side has no length.

@@ -1,9 +1,7 @@
 //! The laws that a mesh must keep to be deformed.
 
-use mesh::Mesh;
+use mesh::{HalfEdges, Mesh, sides, triangle};
 use nalgebra::Point3;
-
-use crate::edges::{Edges, sides};
 
 /// Least height of a triangle, as a share of its longest edge. Flatter ones count as having no area.
 pub const HEIGHT_MIN: f64 = 1e-6;
@@ -86,10 +84,10 @@ pub fn check(mesh: &Mesh) -> Result<(), Defect> {
             return Err(Defect::Flat { triangle });
         }
     }
-    let edges = Edges::of(mesh);
+    let edges = mesh.half_edges();
     check_edges(mesh, &edges)?;
-    check_fans(mesh, &edges)?;
-    match components(mesh.vertices.len(), &mesh.triangles).1 {
+    check_fans(&edges)?;
+    match mesh::components(mesh.vertices.len(), &mesh.triangles).1 {
         1 => Ok(()),
         count => Err(Defect::Parts(count)),
     }
@@ -97,16 +95,17 @@ pub fn check(mesh: &Mesh) -> Result<(), Defect> {
 
 /// Whether a triangle has no area worth the name.
 pub(crate) fn is_flat(vertices: &[Point3<f32>], corners: [u32; 3]) -> bool {
-    let [a, b, c] = corners.map(|corner| vertices[corner as usize].cast::<f64>());
+    let places = corners.map(|corner| vertices[corner as usize].cast::<f64>());
+    let [a, b, c] = places;
     let longest_sq = (b - a)
         .norm_squared()
         .max((c - b).norm_squared())
         .max((a - c).norm_squared());
     // Twice the area is the longest edge times its height.
-    (b - a).cross(&(c - a)).norm() <= HEIGHT_MIN * longest_sq
+    triangle::area_normal(places).norm() <= HEIGHT_MIN * longest_sq
 }
 
-fn check_edges(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
+fn check_edges(mesh: &Mesh, edges: &HalfEdges) -> Result<(), Defect> {
     for &corners in &mesh.triangles {
         for (from, to) in sides(corners) {
             if edges.triangles(from, to).nth(1).is_some() {
@@ -118,28 +117,25 @@ fn check_edges(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
 }
 
 /// A fan is a path of triangles, each sharing an edge with the next; a closed one has no first.
-fn check_fans(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
-    for vertex in 0..mesh.vertices.len() as u32 {
+fn check_fans(edges: &HalfEdges) -> Result<(), Defect> {
+    for vertex in 0..edges.vertex_count() as u32 {
         let from = edges.from(vertex);
-        let Some(&(any, _)) = from.first() else {
+        let Some(any) = from.first() else {
             return Err(Defect::Unused { vertex });
         };
         // A fan starts where no triangle comes before its first edge; any edge starts a closed one.
         let mut starts = from
             .iter()
-            .map(|&(to, _)| to)
+            .map(|edge| edge.end)
             .filter(|&to| !edges.contains(to, vertex));
-        let first = starts.next().unwrap_or(any);
+        let first = starts.next().unwrap_or(any.end);
         let mut seen = 0;
-        let mut next = Some(first);
-        while let Some(triangle) = next.and_then(|to| edges.triangles(vertex, to).next()) {
+        let mut next = first;
+        while let Some(edge) = from.iter().find(|edge| edge.end == next) {
             seen += 1;
-            // The edge that leads back to the vertex.
-            let back = sides(mesh.triangles[triangle as usize])
-                .into_iter()
-                .find(|(_, to)| *to == vertex);
-            next = back.map(|(from, _)| from);
-            if next == Some(first) || seen > from.len() {
+            // From there an edge leads back to the vertex.
+            next = edge.apex;
+            if next == first || seen > from.len() {
                 break;
             }
         }
@@ -148,34 +144,4 @@ fn check_fans(mesh: &Mesh, edges: &Edges) -> Result<(), Defect> {
         }
     }
     Ok(())
-}
-
-/// The component of each vertex, numbered in order of their first triangles, and how many there are.
-pub(crate) fn components(vertex_count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
-    let mut parents: Vec<u32> = (0..vertex_count as u32).collect();
-    fn root(parents: &mut [u32], mut at: u32) -> u32 {
-        while parents[at as usize] != at {
-            let above = parents[parents[at as usize] as usize];
-            parents[at as usize] = above;
-            at = above;
-        }
-        at
-    }
-    for &[a, b, c] in triangles {
-        for other in [b, c] {
-            let (a, other) = (root(&mut parents, a), root(&mut parents, other));
-            parents[a.max(other) as usize] = a.min(other);
-        }
-    }
-    let mut numbers = vec![u32::MAX; vertex_count];
-    let mut count = 0;
-    for corner in triangles.iter().flatten() {
-        let root = root(&mut parents, *corner) as usize;
-        if numbers[root] == u32::MAX {
-            numbers[root] = count;
-            count += 1;
-        }
-        numbers[*corner as usize] = numbers[root];
-    }
-    (numbers, count as usize)
 }

@@ -11,7 +11,6 @@
 mod check;
 mod clean;
 mod downsample;
-mod edges;
 mod normals;
 mod poisson;
 mod remesh;

@@ -2,12 +2,11 @@
 
 use std::fmt;
 
-use mesh::Mesh;
 use mesh::file::Scan;
+use mesh::{HalfEdges, Mesh, sides};
 use serde::Serialize;
 
 use crate::clean::Mended;
-use crate::edges::{Edges, boundary_loops, sides};
 
 /// How points became a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -103,7 +102,8 @@ impl Report {
         mended: Mended,
         mesh: &Mesh,
     ) -> Self {
-        let loops = boundary_loops(mesh);
+        let edges = mesh.half_edges();
+        let loops = edges.boundary_loops();
         Self {
             scan_points: scan.points_m.len(),
             scan_triangles: scan.triangles.len(),
@@ -113,7 +113,7 @@ impl Report {
             vertices: mesh.vertices.len(),
             triangles: mesh.triangles.len(),
             boundary_loops: loops,
-            handles: handles(mesh, loops),
+            handles: handles(mesh, &edges, loops),
         }
     }
 }
@@ -142,8 +142,7 @@ const OPEN_MAX: usize = 4;
 const TANGLED: usize = 50;
 
 /// By Euler's formula, for a mesh of one component.
-fn handles(mesh: &Mesh, boundary_loops: usize) -> usize {
-    let edges = Edges::of(mesh);
+fn handles(mesh: &Mesh, edges: &HalfEdges, boundary_loops: usize) -> usize {
     let directed = mesh.triangles.iter().flat_map(|&corners| sides(corners));
     let open = directed
         .filter(|&(from, to)| !edges.contains(to, from))

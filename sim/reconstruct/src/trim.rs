@@ -1,10 +1,10 @@
 //! Poisson closes every hole with a balloon; what no sample supports goes.
 
 use cloud::Tree;
+use mesh::triangle;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use crate::check;
 use crate::poisson::{Field, Surface};
 
 /// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which
@@ -54,12 +54,12 @@ pub(crate) fn trim(
 
 /// Those of the trimmed triangles that would leave only a pinhole: in parts of less area than a hole that stays closed.
 fn pinholes(surface: &Surface, trimmed: &[[u32; 3]], reach_m: f64) -> Vec<[u32; 3]> {
-    let (part_of, count) = check::components(surface.points.len(), trimmed);
+    let (part_of, count) = mesh::components(surface.points.len(), trimmed);
     let mut areas = vec![0.0; count];
     let part = |corners: &[u32; 3]| part_of[corners[0] as usize] as usize;
     for corners in trimmed {
-        let [a, b, c] = corners.map(|corner| surface.points[corner as usize]);
-        areas[part(corners)] += (b - a).cross(&(c - a)).norm() / 2.0;
+        areas[part(corners)] +=
+            triangle::area(corners.map(|corner| surface.points[corner as usize]));
     }
     let is_small = |corners: &&[u32; 3]| areas[part(corners)] < reach_m * reach_m;
     trimmed.iter().filter(is_small).copied().collect()

@@ -1,15 +1,15 @@
 //! Measures a model on fresh simulated scans.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
-use classifier::{Model, Provider};
+use classifier::{Model, Provider, shipped_model};
 use indicatif::ProgressBar;
+use sim_scan::ScanParameters;
 use training::evaluation::{self, Settings};
-use training::scan_parameters::ScanParameters;
-use training::{files, report};
 
 /// Measures a model on simulated scans that it was not trained on.
 #[derive(Debug, Parser)]
@@ -28,12 +28,13 @@ struct Arguments {
     #[arg(long, default_value = "CPU", value_parser = ["CPU", "GPU", "AUTO"])]
     device: String,
     /// Specimens of each class
-    #[arg(long, default_value_t = 30)]
-    specimens: usize,
+    #[arg(long, default_value = "30")]
+    specimens: NonZeroUsize,
     /// Everything random comes from this; other than a training run's
     #[arg(long, default_value_t = 9001)]
     seed: u64,
-    /// Also measure on the meshes of this dataset, made by generate_dataset
+    /// Also measure on the meshes of this dataset, made by generate_dataset; of one that the model was trained on, on those
+    /// that were held out
     #[arg(long, value_name = "FOLDER")]
     dataset: Option<PathBuf>,
     /// Scans like the demo's: camera mount known exactly, wrist upright, object held in the middle of the image
@@ -45,14 +46,14 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    report::exit_code("evaluate", run(&Arguments::parse()))
+    program::exit_code("evaluate", run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
-    let path = arguments
-        .model
-        .clone()
-        .map_or_else(files::shipped_model, Ok)?;
+    let path = match &arguments.model {
+        Some(path) => path.clone(),
+        None => shipped_model()?,
+    };
     let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
     if let Some(reason) = model.fallback_reason() {
         eprintln!("evaluate: the CPU provider is used: {reason}");
@@ -72,9 +73,9 @@ fn run(arguments: &Arguments) -> Result<()> {
     let found = evaluation::evaluate(&mut model, &settings, || bar.inc(1))?;
     bar.finish_and_clear();
     if arguments.json {
-        println!("{:#}", serde_json::to_value(&found)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(&found)?))?;
     } else {
-        print!("{}", found.to_text());
+        program::print(found.to_text())?;
     }
     Ok(())
 }

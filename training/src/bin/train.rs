@@ -7,16 +7,15 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
 use indicatif::ProgressBar;
-use training::backend::Backend;
 use training::network::NetworkKind;
+use training::network::backend::Backend;
 use training::progress;
-use training::report;
 use training::run::{self, Order};
 use training::settings::Settings;
 
 /// Trains a model on simulated scans of the eight objects and of your own, or on datasets of meshes seen from all sides.
 ///
-/// The clouds go through the code of the nodes, and are kept for the next run with the same settings. The run's settings
+/// The clouds go through the code of the nodes, and are kept for the next run of this program with the same settings. The run's settings
 /// and results are written to run.yaml in the run's folder. Started again after an interruption, the same command goes
 /// on after the last whole epoch.
 #[derive(Debug, Parser)]
@@ -25,7 +24,7 @@ use training::settings::Settings;
     after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
 )]
 struct Arguments {
-    /// Where the model goes; by default config/model.onnx, or model.onnx in --output for the paper's network
+    /// Where the model goes [default: model.onnx in --output]; config/model.onnx is the shipped one
     #[arg(long, value_name = "ONNX")]
     model: Option<PathBuf>,
     /// Where datasets and runs go
@@ -44,8 +43,7 @@ struct Arguments {
     /// Give the paper's network the points' normals, too
     #[arg(long, requires = "datasets")]
     normals: bool,
-    /// Make the clouds again, though there are some with these settings, and forget an interrupted run; needed after a
-    /// change of the nodes' code
+    /// Make the clouds again, though this very program made some with these settings, and forget an interrupted run
     #[arg(long)]
     fresh: bool,
     /// Everything random comes from this
@@ -86,13 +84,10 @@ fn parse_centring(text: &str) -> Result<Centring, String> {
 }
 
 impl Arguments {
-    /// What is shipped is not replaced by a network of another kind.
+    /// What is shipped is replaced only by who says so.
     fn model(&self) -> PathBuf {
-        let by_network = || match self.network {
-            NetworkKind::Robot => PathBuf::from("config/model.onnx"),
-            NetworkKind::Paper => self.output.join("model.onnx"),
-        };
-        self.model.clone().unwrap_or_else(by_network)
+        let default = || self.output.join("model.onnx");
+        self.model.clone().unwrap_or_else(default)
     }
 
     fn settings(&self) -> Settings {
@@ -120,7 +115,7 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    report::exit_code("train", run(&Arguments::parse()))
+    program::exit_code("train", run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -136,9 +131,9 @@ fn run(arguments: &Arguments) -> Result<()> {
     let results = run::run(&order, |stage| progress::show(&bar, stage))?;
     bar.finish_and_clear();
     if arguments.json {
-        println!("{:#}", serde_json::to_value(&results)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(&results)?))?;
     } else {
-        print!("{}", results.to_text());
+        program::print(results.to_text())?;
     }
     Ok(())
 }

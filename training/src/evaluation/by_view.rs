@@ -3,8 +3,8 @@
 use classifier::{ModelMetadata, Output};
 use serde::Serialize;
 
-use crate::samples::Seen;
-use crate::test::{Answered, Test};
+use crate::data::clouds::Seen;
+use crate::evaluation::test_result::{Answered, TestResult};
 
 /// Answers on one kind of clouds.
 #[derive(Debug, Clone, Serialize)]
@@ -13,7 +13,7 @@ pub struct DataTest {
     pub data: String,
     /// What was found.
     #[serde(flatten)]
-    pub test: Test,
+    pub test: TestResult,
 }
 
 /// One test for each way of looking at the objects: the whole surface, one view, two, ..., and standing on a box: all, one
@@ -53,7 +53,7 @@ pub(super) fn by_view(
         });
         DataTest {
             data: format!("{data}: {kind}"),
-            test: Test::of(&metadata.labels, metadata.known_threshold, answered),
+            test: TestResult::of(&metadata.labels, metadata.known_threshold, answered),
         }
     };
     kinds.into_iter().map(test).collect()

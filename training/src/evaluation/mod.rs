@@ -1,23 +1,29 @@
 //! How good a model file is on clouds that it was not trained on.
 
+pub(crate) mod answers;
 mod by_view;
+pub mod calibration;
+pub mod confusion;
 mod known;
+mod test_result;
 
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use classifier::{Model, Output, preprocess_parts};
+use classifier::{Model, ModelMetadata, Output, preprocess_parts};
 use serde::Serialize;
 
 pub use by_view::DataTest;
 pub use known::Known;
+pub use test_result::TestResult;
 
-use crate::dataset::see_all;
-use crate::mesh_dataset::{MeshDataset, MeshFile};
-use crate::samples::Seen;
-use crate::scan::ScannedObject;
-use crate::scan_parameters::ScanParameters;
-use crate::specimens::{Labelled, Specimens};
+use crate::data::clouds::Seen;
+use crate::data::mesh_dataset::{MeshDataset, MeshFile};
+use crate::data::simulate::see_all;
+use crate::data::specimens::{Labelled, Specimens};
+use crate::data::trained_on::{Unseen, unseen};
+use sim_scan::{ScanParameters, ScannedObject};
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -32,13 +38,15 @@ pub struct Evaluation {
     pub tests: Vec<DataTest>,
     /// How well strangers are told from them.
     pub known: Known,
+    /// Which of the dataset's meshes were measured on; `None` without a dataset.
+    pub of_dataset: Option<Unseen>,
 }
 
 /// What to measure on.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Specimens of each of the repository's own objects, of each of a dataset, and of each stranger.
-    pub specimens: usize,
+    pub specimens: NonZeroUsize,
     /// A folder that generate_dataset made.
     pub dataset: Option<PathBuf>,
     /// How scans vary.
@@ -57,7 +65,7 @@ pub fn evaluate(
     finished: impl Fn() + Sync,
 ) -> Result<Evaluation> {
     let metadata = model.metadata().clone();
-    let (count, seed) = (settings.specimens, settings.seed);
+    let (count, seed) = (settings.specimens.get(), settings.seed);
     let take =
         |object: &ScannedObject| preprocess_parts(&object.points, &object.up, &metadata).ok();
     let mut measure = |labelled: &[Labelled]| -> Result<Vec<Seen<Output>>> {
@@ -70,6 +78,7 @@ pub fn evaluate(
         answers.map(|answer| answer.taken.known_score).collect()
     };
     let mut tests = Vec::new();
+    let mut of_dataset = None;
 
     let own = own_classes(&metadata.labels, count);
     let mut known_scores = Vec::new();
@@ -85,8 +94,14 @@ pub fn evaluate(
         );
     }
     if let Some(folder) = &settings.dataset {
-        let answers = measure(&dataset_classes(folder, &metadata.labels, count)?)?;
-        let data = format!("{}, {count} meshes a class", folder.display());
+        let (classes, unseen) = dataset_classes(folder, &metadata, count)?;
+        let answers = measure(&classes)?;
+        let data = format!(
+            "{}, {count} meshes a class{}",
+            folder.display(),
+            said_of(unseen)
+        );
+        of_dataset = Some(unseen);
         tests.extend(by_view::by_view(&data, &metadata, &answers));
         if own.is_empty() {
             known_scores = scores(&answers);
@@ -100,7 +115,17 @@ pub fn evaluate(
         provider: model.provider().to_owned(),
         tests,
         known,
+        of_dataset,
     })
+}
+
+/// What is said of a dataset's meshes in a test's name.
+fn said_of(unseen: Unseen) -> &'static str {
+    match unseen {
+        Unseen::All => "",
+        Unseen::HeldOut => " of those held out in training",
+        Unseen::Unknown => ", perhaps trained on",
+    }
 }
 
 /// The repository's own objects that the model knows.
@@ -116,9 +141,16 @@ fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
     known.collect()
 }
 
-/// The objects of a dataset's folder; each must be one of the labels.
-fn dataset_classes(folder: &Path, labels: &[String], count: usize) -> Result<Vec<Labelled>> {
+/// The objects of a dataset's folder, of meshes that the model was not trained on as far as it says so; each must be one of
+/// its labels.
+fn dataset_classes(
+    folder: &Path,
+    metadata: &ModelMetadata,
+    count: usize,
+) -> Result<(Vec<Labelled>, Unseen)> {
+    let labels = &metadata.labels;
     let dataset = MeshDataset::open(&[folder.to_path_buf()])?;
+    let (meshes, unseen) = unseen(&dataset, metadata.trained_on.as_deref())?;
     let unknown = dataset.labels.iter().find(|name| !labels.contains(name));
     if let Some(name) = unknown {
         let (folder, known) = (folder.display(), labels.join(", "));
@@ -126,13 +158,13 @@ fn dataset_classes(folder: &Path, labels: &[String], count: usize) -> Result<Vec
     }
     let mut classes = Labelled::of(&dataset.labels, count, |object| {
         let of_object = |mesh: &&MeshFile| dataset.labels[mesh.label as usize] == object;
-        dataset.meshes.iter().filter(of_object).cloned().collect()
+        meshes.iter().filter(of_object).cloned().collect()
     })?;
     for class in &mut classes {
         let name = &dataset.labels[class.label as usize];
         class.label = labels.iter().position(|label| label == name).unwrap_or(0) as u32;
     }
-    Ok(classes)
+    Ok((classes, unseen))
 }
 
 impl Evaluation {
@@ -154,12 +186,17 @@ impl Evaluation {
         let known = &self.known;
         text + &format!(
             "strangers: AUROC {:.3} ({} known clouds against {}); called known: {} of the known, {} of the strangers\n\
-             none of it was trained on; model {} ({}), {}\n",
+             {}; model {} ({}), {}\n",
             known.auroc,
             known.known_clouds,
             known.stranger_clouds,
             percent(known.known_called_known),
             percent(1.0 - known.strangers_called_unknown),
+            match self.of_dataset {
+                Some(Unseen::Unknown) =>
+                    "the model file does not say whether the dataset's meshes were trained on",
+                _ => "none of it was trained on",
+            },
             self.model_id,
             self.network,
             self.provider,

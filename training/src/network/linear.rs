@@ -4,8 +4,8 @@ use candle_core::{DType, Device, Result, Tensor, Var};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use crate::fused::bias_relu;
-use crate::product::product;
+use crate::network::fused::bias_relu;
+use crate::network::product::product;
 
 /// One layer: x · weight + bias.
 #[derive(Debug, Clone)]

@@ -1,18 +1,23 @@
 //! The networks that can be trained: the robot's, which is shipped, and the paper's.
 
+pub mod backend;
+pub mod export;
+pub mod fused;
 mod linear;
 mod paper;
+pub mod product;
 mod robot;
+pub mod shared_max;
 
 use candle_core::{D, Device, Result, Tensor, Var};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 pub use linear::Linear;
-pub use paper::{Paper, PaperArchitecture};
+pub use paper::{PaperArchitecture, PaperNetwork};
 pub use robot::{
-    Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, Robot, SQUARE_MIN, WAVELENGTHS,
-    wave_numbers,
+    Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, RobotNetwork, SQUARE_MIN,
+    WAVELENGTHS, wave_numbers,
 };
 
 /// Which network.
@@ -28,10 +33,10 @@ pub enum NetworkKind {
 /// A network with its weights.
 #[derive(Debug, Clone)]
 pub enum Network {
-    /// See [`Robot`].
-    Robot(Robot),
-    /// See [`Paper`].
-    Paper(Paper),
+    /// See [`RobotNetwork`].
+    Robot(RobotNetwork),
+    /// See [`PaperNetwork`].
+    Paper(PaperNetwork),
 }
 
 impl Network {
@@ -44,7 +49,7 @@ impl Network {
         classes: usize,
         random: &mut Pcg64Mcg,
     ) -> Result<Self> {
-        Robot::new(architecture, classes, random).map(Self::Robot)
+        RobotNetwork::new(architecture, classes, random).map(Self::Robot)
     }
 
     /// The paper's network with random weights; the same `random` gives the same weights.
@@ -56,7 +61,7 @@ impl Network {
         classes: usize,
         random: &mut Pcg64Mcg,
     ) -> Result<Self> {
-        Paper::new(architecture, classes, random).map(Self::Paper)
+        PaperNetwork::new(architecture, classes, random).map(Self::Paper)
     }
 
     /// The same network on a device.
@@ -129,7 +134,7 @@ impl Network {
             return ON_GPU;
         }
         let width = match self {
-            Self::Robot(Robot { architecture, .. }) => {
+            Self::Robot(RobotNetwork { architecture, .. }) => {
                 architecture.features.max(architecture.transformer_features)
             }
             Self::Paper(network) => network.architecture.features,

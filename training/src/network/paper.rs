@@ -9,8 +9,8 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::linear::Linear;
-use crate::product::turned;
-use crate::shared_max::shared_max;
+use crate::network::product::turned;
+use crate::network::shared_max::shared_max;
 
 /// Name and version of this network, stored in each model file.
 pub(super) const VERSION: &str = "paper-spatial-transformer-1";
@@ -43,7 +43,7 @@ impl PaperArchitecture {
 
 /// The network's layers, in the order of `Paper::layers`.
 #[derive(Debug, Clone)]
-pub struct Paper {
+pub struct PaperNetwork {
     /// Design choices.
     pub architecture: PaperArchitecture,
     /// Number of classes.
@@ -54,7 +54,7 @@ pub struct Paper {
     pub(crate) head: Linear,
 }
 
-impl Paper {
+impl PaperNetwork {
     pub(super) fn new(
         architecture: PaperArchitecture,
         classes: usize,

@@ -10,8 +10,8 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::linear::Linear;
-use crate::fused::pool;
-use crate::product::turned;
+use crate::network::fused::pool;
+use crate::network::product::turned;
 
 /// Name and version of this network, stored in each model file.
 pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-waves-1";
@@ -46,9 +46,9 @@ impl Default for Architecture {
     }
 }
 
-/// The network's layers, in the order of `Robot::layers`.
+/// The network's layers, in the order of `RobotNetwork::layers`.
 #[derive(Debug, Clone)]
-pub struct Robot {
+pub struct RobotNetwork {
     /// Widths of the layers.
     pub architecture: Architecture,
     /// Number of classes.
@@ -60,7 +60,7 @@ pub struct Robot {
     pub(crate) head: [Linear; 2],
 }
 
-impl Robot {
+impl RobotNetwork {
     pub(super) fn new(
         architecture: Architecture,
         classes: usize,

@@ -7,10 +7,11 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
+use whole_file::Draft;
 
 use super::Cell;
-use crate::epoch::EpochReport;
-use crate::metrics::Confusion;
+use crate::evaluation::confusion::Confusion;
+use crate::training::epoch::EpochReport;
 
 const FONT: &str = "sans-serif";
 const COLOURS: [RGBColor; 6] = [
@@ -78,23 +79,17 @@ fn draw(
     size_px: (u32, u32),
     fill: impl for<'a> FnOnce(&Area<'a>) -> Drawn<'a>,
 ) -> Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let file = tempfile::Builder::new()
-        .suffix(".png")
-        .permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644))
-        .tempfile_in(folder)
-        .with_context(|| format!("cannot write {}", path.display()))?;
+    let refuse_write = || format!("cannot write {}", path.display());
+    let draft = Draft::of(path).with_context(refuse_write)?;
     let refuse = |error: String| anyhow!("cannot draw {}: {error}", path.display());
     {
-        let area = BitMapBackend::new(file.path(), size_px).into_drawing_area();
+        let area = BitMapBackend::new(draft.path(), size_px).into_drawing_area();
         area.fill(&WHITE)
             .map_err(|error| refuse(error.to_string()))?;
         fill(&area).map_err(|error| refuse(error.to_string()))?;
         area.present().map_err(|error| refuse(error.to_string()))?;
     }
-    file.persist(path)
-        .map_err(|error| refuse(error.to_string()))?;
-    Ok(())
+    draft.finish().with_context(refuse_write)
 }
 
 /// Accuracy and loss of the validation clouds by epoch, one line a number of features (Fig. 8a).

@@ -7,7 +7,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 
 use super::chart::Images;
 use super::{Cell, StudyOrder};
-use crate::export::write_atomically;
+use crate::network::export::write_whole;
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:1120px;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse}td,th{padding:.3em .7em;border:1px solid #ddd;text-align:right}\
@@ -42,7 +42,7 @@ pub(super) fn write(
         page += &image(path, "confusion matrix")?;
     }
     page += "</div>\n</body></html>\n";
-    write_atomically(&folder.join("report.html"), page.as_bytes())
+    write_whole(&folder.join("report.html"), page.as_bytes())
 }
 
 fn introduction(order: &StudyOrder, cells: &[Cell]) -> String {

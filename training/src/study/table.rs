@@ -6,7 +6,7 @@ use anyhow::Result;
 use serde::Serialize;
 
 use super::Cell;
-use crate::export::write_atomically;
+use crate::network::export::write_whole;
 
 #[derive(Serialize)]
 struct CellRow {
@@ -92,5 +92,5 @@ fn write_rows(path: &Path, rows: impl Iterator<Item = impl Serialize>) -> Result
     for row in rows {
         writer.serialize(row)?;
     }
-    write_atomically(path, &writer.into_inner()?)
+    write_whole(path, &writer.into_inner()?)
 }

@@ -5,7 +5,7 @@ use candle_nn::ops::log_softmax;
 use classifier::{Centring, ModelMetadata};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use training::dataset::preprocessing;
+use training::data::simulate::preprocessing;
 use training::network::{Architecture, Network, PaperArchitecture};
 
 pub const SEED: u64 = 20;

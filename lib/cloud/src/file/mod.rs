@@ -6,8 +6,8 @@
 mod pcd;
 mod ply;
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
@@ -290,21 +290,10 @@ fn name_fault(path: &Path, format: &'static str, fault: Fault) -> FileError {
     }
 }
 
-/// Writes beside the target and renames, so that nobody ever sees half a file.
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // It may never have been made; the first error is the one to tell.
-        let _ = fs::remove_file(&temporary);
-        FileError::Write {
-            path: path.to_owned(),
-            source,
-        }
+    whole_file::write(path, bytes).map_err(|source| FileError::Write {
+        path: path.to_owned(),
+        source,
     })
 }
 

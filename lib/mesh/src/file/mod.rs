@@ -15,7 +15,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::mesh::Mesh;
 
-pub use ply::write_ply;
+pub use ply::{ply_bytes, write_ply};
 
 /// What one unit of a file in millimetres is, in metres.
 pub const MILLIMETRE: f64 = 0.001;

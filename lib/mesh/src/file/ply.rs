@@ -1,28 +1,30 @@
 //! Writing binary PLY.
 
-use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
+
+use whole_file::Draft;
 
 use super::{FileError, MILLIMETRE};
 use crate::mesh::Mesh;
 
 /// Writes a mesh in millimetres as binary little-endian PLY: float vertices, faces as uchar and uint lists.
 ///
-/// The same mesh gives the same bytes. The file appears whole or not at all: it is written beside its place under the
-/// name `<name>.<process>.tmp` and renamed. It is not flushed to the disk, since it can be made again.
+/// The same mesh gives the same bytes, those of [`ply_bytes`]. The file appears whole or not at all; it is not flushed to
+/// the disk, since it can be made again.
 ///
 /// # Errors
 /// [`FileError::Write`] where the system refuses; then what was there before is still there.
 pub fn write_ply(path: impl AsRef<Path>, mesh: &Mesh) -> Result<(), FileError> {
     let path = path.as_ref();
-    replace(path, &encode(mesh)).map_err(|source| FileError::Write {
+    replace(path, &ply_bytes(mesh)).map_err(|source| FileError::Write {
         path: path.to_owned(),
         source,
     })
 }
 
-pub(super) fn encode(mesh: &Mesh) -> Vec<u8> {
+/// The bytes of the file that [`write_ply`] writes.
+pub fn ply_bytes(mesh: &Mesh) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\ncomment millimetres\nelement vertex {}\nproperty float x\n\
          property float y\nproperty float z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
@@ -45,14 +47,7 @@ pub(super) fn encode(mesh: &Mesh) -> Vec<u8> {
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes))
-        .and_then(|()| fs::rename(&temporary, path));
-    written.inspect_err(|_| {
-        // It may never have been made; the first error is the one to tell.
-        let _ = fs::remove_file(&temporary);
-    })
+    let mut draft = Draft::of(path)?;
+    draft.file().write_all(bytes)?;
+    draft.finish_unflushed()
 }

@@ -150,7 +150,7 @@ fn obj_files_as_people_have_them_give_the_same_square() {
 
 #[test]
 fn a_written_mesh_cut_anywhere_is_refused() {
-    let bytes = ply::encode(&square(false).mesh());
+    let bytes = ply_bytes(&square(false).mesh());
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("cut.ply");
     for end in 0..bytes.len() {

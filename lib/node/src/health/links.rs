@@ -1,13 +1,29 @@
 //! What a node hears: how often, how long ago, how much of it, and whether that is as it should be.
 
 use super::Level;
-use crate::link::Report;
 use msg::diagnostic_msgs::KeyValue;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 /// From so many times the silence that is a warning on it is an error.
 const ERROR_FACTOR: u32 = 3;
+
+/// What came on a topic that this node reads.
+#[derive(Debug, Clone)]
+pub(crate) struct Report {
+    /// Name of the topic, as it was given.
+    pub topic: String,
+    /// Messages heard.
+    pub count: u64,
+    /// Messages that did not come, by the numbers in the headers of those that did.
+    pub lost: u64,
+    /// Since the last message, or since the node has listened.
+    pub silent: Duration,
+    /// Silence from which on something is wrong; `None` where silence says nothing.
+    pub silence_max: Option<Duration>,
+    /// Nodes that publish the topic and are connected.
+    pub publishers: usize,
+}
 
 /// Remembers counts from one report to the next, of which rates are made.
 #[derive(Debug, Default)]

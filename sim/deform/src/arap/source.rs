@@ -9,7 +9,7 @@ use super::energy::{Rotations, Surface};
 use super::error::ArapError;
 use super::handles::FreeSystem;
 use super::minimise::{Limits, Places, State, minimise};
-use crate::one_ring::{OneRings, area_m2};
+use crate::one_ring::OneRings;
 
 /// How smooth and how exact a deformation is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -75,9 +75,10 @@ impl Arap {
                 .iter()
                 .map(|&vertex| mesh.vertices[vertex].coords.cast())
                 .collect(),
-            smoothing_m2: settings.smoothness * area_m2(mesh),
+            smoothing_m2: settings.smoothness * mesh.area_m2(),
         };
-        let components = surface.rings.components();
+        let (component_of, _) = mesh::components(mesh.vertices.len(), &mesh.triangles);
+        let components: Vec<u32> = order.iter().map(|&vertex| component_of[vertex]).collect();
         let (min, max) = mesh.bounds();
         Ok(Self {
             system: free_system(&surface.rings, &held, &components)?,

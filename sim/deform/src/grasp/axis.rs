@@ -1,5 +1,6 @@
 //! The long side of an object.
 
+use mesh::triangle;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 /// Variance along the long side over that along the second longest, below which an object has no long side. The eight
@@ -33,18 +34,18 @@ pub(super) fn centre_and_flux(
     vertices_m: &[Point3<f64>],
     triangles: &[[u32; 3]],
 ) -> (Point3<f64>, f64) {
-    let corners = |t: &[u32; 3]| t.map(|index| vertices_m[index as usize].coords);
+    let corners = |t: &[u32; 3]| t.map(|index| vertices_m[index as usize]);
     let mut area_m2 = 0.0;
     let mut sum = Vector3::zeros();
-    for triangle in triangles {
-        let [a, b, c] = corners(triangle);
-        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+    for indices in triangles {
+        let corners = corners(indices);
+        let area = triangle::area(corners);
         area_m2 += area;
-        sum += area * (a + b + c) / 3.0;
+        sum += area * (corners[0].coords + corners[1].coords + corners[2].coords) / 3.0;
     }
     let centre = sum / f64::max(area_m2, f64::MIN_POSITIVE);
-    let flux = triangles.iter().map(|triangle| {
-        let [a, b, c] = corners(triangle).map(|corner| corner - centre);
+    let flux = triangles.iter().map(|indices| {
+        let [a, b, c] = corners(indices).map(|corner| corner.coords - centre);
         a.dot(&b.cross(&c))
     });
     (centre.into(), flux.sum())
@@ -55,9 +56,10 @@ fn spread(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Matrix3<f64> {
     let (centre, _) = centre_and_flux(vertices_m, triangles);
     let mut area_m2 = 0.0;
     let mut moments = Matrix3::zeros();
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|index| vertices_m[index as usize] - centre);
-        let area = 0.5 * (b - a).cross(&(c - a)).norm();
+    for indices in triangles {
+        let corners = indices.map(|index| vertices_m[index as usize]);
+        let area = triangle::area(corners);
+        let [a, b, c] = corners.map(|corner| corner - centre);
         // Exact for linear coordinates: (Σ x xᵀ + (Σ x)(Σ x)ᵀ) · area / 12.
         let squares = [a, b, c, a + b + c].map(|x| x * x.transpose());
         moments += squares.iter().sum::<Matrix3<f64>>() * (area / 12.0);

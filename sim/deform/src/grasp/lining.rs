@@ -1,11 +1,10 @@
 //! The inner wall of a vessel, carried by its outer one.
 
 use cloud::Tree;
-use mesh::Mesh;
+use mesh::{Mesh, triangle};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::Grasps;
-use super::surface::normals;
 
 #[cfg(test)]
 mod tests;
@@ -76,7 +75,7 @@ impl Lining {
         if self.rides.is_empty() {
             return;
         }
-        let normals = normals(vertices_m, &self.triangles);
+        let normals = mesh::vertex_normals(vertices_m, &self.triangles);
         for ride in &self.rides {
             vertices_m[ride.vertex as usize] = ride.place(vertices_m, &normals);
         }
@@ -131,12 +130,11 @@ impl Ride {
 
     /// Axes along the first edge, across it in the triangle, and out of it.
     fn frame(&self, vertices_m: &[Point3<f64>]) -> Matrix3<f64> {
-        let [a, b, c] = self.triangle.map(|v| vertices_m[v as usize]);
-        let along = (b - a).try_normalize(0.0).unwrap_or_default();
-        let out = (b - a)
-            .cross(&(c - a))
+        let corners = self.triangle.map(|v| vertices_m[v as usize]);
+        let along = (corners[1] - corners[0])
             .try_normalize(0.0)
             .unwrap_or_default();
+        let out = triangle::normal(corners);
         Matrix3::from_columns(&[along, out.cross(&along), out])
     }
 }
@@ -151,7 +149,7 @@ fn outwardness(grasps: &Grasps, vertex: u32) -> f64 {
 /// Barycentric weights of a triangle's point near to another point: its foot on the plane, drawn to the triangle by cutting
 /// off negative weights.
 fn nearest_weights([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
-    let across = (b - a).cross(&(c - a));
+    let across = triangle::area_normal([*a, *b, *c]);
     let area_sq = across.norm_squared();
     if area_sq == 0.0 {
         return [1.0, 0.0, 0.0];

@@ -207,7 +207,7 @@ fn turn(a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>) -> f
 
 /// Whether the interiors of two triangles in one plane overlap: no edge of either has the other on its outer side.
 fn overlap_in_plane(first: &Triangle, second: &Triangle) -> bool {
-    let normal = (first[1] - first[0]).cross(&(first[2] - first[0]));
+    let normal = mesh::triangle::area_normal(*first);
     let drop = normal.iamax();
     let flat = |point: &Point3<f64>| [point[(drop + 1) % 3], point[(drop + 2) % 3]];
     let [first, second] = [first, second].map(|triangle| triangle.each_ref().map(flat));

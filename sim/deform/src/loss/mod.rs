@@ -5,7 +5,7 @@ mod tests;
 mod weights;
 
 use cloud::Tree;
-use mesh::Mesh;
+use mesh::{Edge, Mesh, triangle};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -45,14 +45,14 @@ pub struct LossOfSource {
 impl LossOfSource {
     /// Builds the source's tree and lists its edges.
     pub fn new(source: &Mesh, weights: &LossWeights) -> Self {
-        let (edges, facing) = edges(&source.triangles);
+        let edges = source.half_edges().edges();
         Self {
             weights: weights.clone(),
             source: source.vertices.clone(),
             tree: Tree::new(&source.vertices),
             triangles: source.triangles.clone(),
-            edges,
-            facing,
+            facing: edges.iter().flat_map(facing).collect(),
+            edges: edges.iter().map(|edge| edge.ends).collect(),
         }
     }
 
@@ -99,11 +99,7 @@ impl LossOfSource {
     }
 
     fn normal(&self, vertices_mm: &[Point3<f64>]) -> f64 {
-        let normal = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|index| vertices_mm[index as usize]);
-            let across: Vector3<f64> = (b - a).cross(&(c - a));
-            across.try_normalize(0.0).unwrap_or_default()
-        };
+        let normal = |t: &[u32; 3]| triangle::normal(t.map(|index| vertices_mm[index as usize]));
         let normals: Vec<Vector3<f64>> = self.triangles.iter().map(normal).collect();
         let bends = self.facing.iter().map(|pair| {
             let [a, b] = pair.map(|triangle| normals[triangle as usize]);
@@ -129,22 +125,10 @@ fn mean<T>(items: &[T], value: impl Fn(&T) -> f64) -> f64 {
     items.iter().map(value).sum::<f64>() / items.len().max(1) as f64
 }
 
-/// Edges, each once, and the pairs of triangles that share one.
-fn edges(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<[u32; 2]>) {
-    let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * triangles.len());
-    for (index, &[a, b, c]) in triangles.iter().enumerate() {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            sides.push(([from.min(to), from.max(to)], index as u32));
-        }
-    }
-    sides.sort_unstable();
-    let mut edges = Vec::new();
-    let mut facing = Vec::new();
-    for around in sides.chunk_by(|one, other| one.0 == other.0) {
-        edges.push(around[0].0);
-        for (k, (_, first)) in around.iter().enumerate() {
-            facing.extend(around[k + 1..].iter().map(|&(_, second)| [*first, second]));
-        }
-    }
-    (edges, facing)
+/// The pairs of triangles that share an edge.
+fn facing(edge: &Edge) -> Vec<[u32; 2]> {
+    let triangles = &edge.triangles;
+    let pairs = (0..triangles.len())
+        .flat_map(|a| (a + 1..triangles.len()).map(move |b| [triangles[a], triangles[b]]));
+    pairs.collect()
 }

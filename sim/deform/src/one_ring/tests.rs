@@ -33,7 +33,7 @@ fn an_edge_weighs_the_mean_of_the_cotangents_opposite() {
     near(0, 3, 0.5);
     near(1, 2, 0.0);
     assert_eq!(weight(&rings, 1, 3), None);
-    assert_eq!(area_m2(&square), 1.5);
+    assert_eq!(square.area_m2(), 1.5);
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn obtuse_and_flat_triangles_have_finite_weights_that_are_not_negative() {
 }
 
 #[test]
-fn components_are_told_apart_and_renaming_keeps_the_edges() {
+fn renaming_keeps_the_edges() {
     let two = mesh(
         &[
             [0., 0., 0.],
@@ -74,7 +74,6 @@ fn components_are_told_apart_and_renaming_keeps_the_edges() {
         &[[0, 2, 4], [1, 3, 5]],
     );
     let rings = OneRings::new(&two).unwrap();
-    assert_eq!(rings.components(), [0, 1, 0, 1, 0, 1]);
     let order = [3, 0, 5, 4, 1, 2];
     let renamed = rings.renamed(&order);
     for (from, &vertex) in order.iter().enumerate() {

@@ -2,12 +2,11 @@
 
 use std::collections::HashSet;
 
-use mesh::Mesh;
-use nalgebra::Point3;
+use mesh::{Mesh, sides};
+use petgraph::unionfind::UnionFind;
 
 use super::Mended;
 use crate::check::is_flat;
-use crate::edges::{Edges, sides};
 
 /// An edge so short, as a share of its triangle's longest, makes the triangle a needle.
 const NEEDLE: f64 = 1e-3;
@@ -16,7 +15,7 @@ const NEEDLE: f64 = 1e-3;
 /// opposite edge, that edge is turned to the corner. What helps neither is left out.
 pub(super) fn mend_flat(mesh: &mut Mesh, mended: &mut Mended) {
     drop_repeated(mesh, mended);
-    let mut first_of: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    let mut joined: UnionFind<u32> = UnionFind::new(mesh.vertices.len());
     let mut caps = Vec::new();
     for (index, &corners) in mesh.triangles.iter().enumerate() {
         if !is_flat(&mesh.vertices, corners) {
@@ -30,24 +29,27 @@ pub(super) fn mend_flat(mesh: &mut Mesh, mended: &mut Mended) {
         by_length.sort_by(|a, b| length(*a).total_cmp(&length(*b)));
         let [(a, b), _, longest] = by_length;
         if length((a, b)) <= NEEDLE * length(longest) {
-            let [a, b] = [a, b].map(|corner| first(&first_of, corner));
-            first_of[a.max(b) as usize] = a.min(b);
+            joined.union(a, b);
         } else {
             caps.push((index, longest));
         }
     }
     turn_edges(mesh, &caps, mended);
+    let first_of = first_of_each(joined);
     for corner in mesh.triangles.iter_mut().flatten() {
-        *corner = first(&first_of, *corner);
+        *corner = first_of[*corner as usize];
     }
     drop_repeated(mesh, mended);
 }
 
-fn first(first_of: &[u32], mut corner: u32) -> u32 {
-    while first_of[corner as usize] != corner {
-        corner = first_of[corner as usize];
+/// For each member the first member of its set.
+fn first_of_each(sets: UnionFind<u32>) -> Vec<u32> {
+    let sets = sets.into_labeling();
+    let mut first_of_set = vec![u32::MAX; sets.len()];
+    for (member, &set) in (0..).zip(&sets) {
+        first_of_set[set as usize] = first_of_set[set as usize].min(member);
     }
-    corner
+    sets.iter().map(|&set| first_of_set[set as usize]).collect()
 }
 
 fn drop_repeated(mesh: &mut Mesh, mended: &mut Mended) {
@@ -62,7 +64,7 @@ fn turn_edges(mesh: &mut Mesh, caps: &[(usize, (u32, u32))], mended: &mut Mended
     if caps.is_empty() {
         return;
     }
-    let edges = Edges::of(mesh);
+    let edges = mesh.half_edges();
     let mut touched: HashSet<usize> = HashSet::new();
     let mut dropped: HashSet<usize> = HashSet::new();
     for &(cap, (from, to)) in caps {
@@ -114,7 +116,7 @@ fn apex(corners: [u32; 3], from: u32, to: u32) -> Option<u32> {
 
 /// Keeps the first of the triangles that have the same three corners, whichever way they turn.
 pub(super) fn drop_duplicates(mesh: &mut Mesh, mended: &mut Mended) {
-    let edges = Edges::of(mesh);
+    let edges = mesh.half_edges();
     let before = mesh.triangles.len();
     let corners_of = |triangle: u32| {
         let mut corners = mesh.triangles[triangle as usize];
@@ -123,7 +125,7 @@ pub(super) fn drop_duplicates(mesh: &mut Mesh, mended: &mut Mended) {
     };
     let is_first = |triangle: u32| {
         let corners = corners_of(triangle);
-        let at = edges.from(corners[0]).iter().map(|&(_, other)| other);
+        let at = edges.from(corners[0]).iter().map(|edge| edge.triangle);
         at.filter(|&other| other < triangle)
             .all(|other| corners_of(other) != corners)
     };
@@ -131,13 +133,4 @@ pub(super) fn drop_duplicates(mesh: &mut Mesh, mended: &mut Mended) {
     let mut kept = kept.into_iter();
     mesh.triangles.retain(|_| kept.next() == Some(true));
     mended.duplicate += before - mesh.triangles.len();
-}
-
-/// Unit normal of a triangle; zero where it has no area.
-pub(super) fn normal(vertices: &[Point3<f32>], corners: [u32; 3]) -> nalgebra::Vector3<f64> {
-    let [a, b, c] = corners.map(|corner| vertices[corner as usize].cast::<f64>());
-    (b - a)
-        .cross(&(c - a))
-        .try_normalize(0.0)
-        .unwrap_or_default()
 }

@@ -5,7 +5,7 @@ mod topology;
 
 use std::collections::HashMap;
 
-use mesh::Mesh;
+use mesh::{Mesh, triangle};
 use serde::Serialize;
 
 use crate::check;
@@ -79,13 +79,13 @@ fn join_vertices(mesh: &mut Mesh, mended: &mut Mended) {
 
 /// Keeps the component with the largest area.
 fn keep_largest(mesh: &mut Mesh, mended: &mut Mended) {
-    let (component_of, count) = check::components(mesh.vertices.len(), &mesh.triangles);
+    let (component_of, count) = mesh::components(mesh.vertices.len(), &mesh.triangles);
     if count < 2 {
         return;
     }
     let mut areas = vec![0.0; count];
-    for &corners in &mesh.triangles {
-        areas[component_of[corners[0] as usize] as usize] += area(mesh, corners);
+    for corners in &mesh.triangles {
+        areas[component_of[corners[0] as usize] as usize] += triangle::area(mesh.corners(corners));
     }
     let largest = (0..count).max_by(|&a, &b| areas[a].total_cmp(&areas[b]).then(b.cmp(&a)));
     let before = mesh.triangles.len();
@@ -93,12 +93,6 @@ fn keep_largest(mesh: &mut Mesh, mended: &mut Mended) {
         .retain(|corners| Some(component_of[corners[0] as usize] as usize) == largest);
     mended.components_dropped += count - 1;
     mended.component_triangles += before - mesh.triangles.len();
-}
-
-/// Area of a triangle, m².
-pub(crate) fn area(mesh: &Mesh, corners: [u32; 3]) -> f64 {
-    let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize].cast::<f64>());
-    (b - a).cross(&(c - a)).norm() / 2.0
 }
 
 /// Leaves out vertices that no triangle uses; the others keep their order.

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use mesh::Mesh;
+use mesh::{Mesh, sides, triangle};
+use petgraph::unionfind::UnionFind;
 
-use super::{Mended, faces};
-use crate::edges::{Edges, sides};
+use super::Mended;
 
 /// Two triangles joined at an edge; `same_way` says that both run along it in the same direction, so one is inside out.
 #[derive(Clone, Copy)]
@@ -26,7 +26,7 @@ pub(super) fn mend(mesh: &mut Mesh, mended: &mut Mended) {
 /// Joins the triangles at each edge in pairs. Of more than two those are paired that go on most smoothly; the rest
 /// stays open there.
 fn links(mesh: &Mesh, mended: &mut Mended) -> Vec<Link> {
-    let edges = Edges::of(mesh);
+    let edges = mesh.half_edges();
     let mut links = Vec::with_capacity(3 * mesh.triangles.len() / 2);
     let directed = mesh
         .triangles
@@ -62,7 +62,7 @@ fn smoothest(mesh: &Mesh, here: &[(u32, bool)]) -> Option<[usize; 2]> {
     if here.len() == 2 {
         return Some([0, 1]);
     }
-    let normal = |at: usize| faces::normal(&mesh.vertices, mesh.triangles[here[at].0 as usize]);
+    let normal = |at: usize| triangle::normal(mesh.corners(&mesh.triangles[here[at].0 as usize]));
     let pairs = (0..here.len()).flat_map(|a| (a + 1..here.len()).map(move |b| [a, b]));
     let opposed = pairs.filter(|&[a, b]| here[a].1 != here[b].1);
     opposed.max_by(|&[a, b], &[c, d]| {
@@ -128,7 +128,7 @@ fn turn(mesh: &mut Mesh, links: Vec<Link>, mended: &mut Mended) -> Vec<Link> {
 /// Gives each fan of linked triangles at a vertex a vertex of its own; the first keeps the old one.
 fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
     // Corner 3 t + k is the k-th of triangle t. Corners at the same vertex in linked triangles are one.
-    let mut parents: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    let mut corners: UnionFind<u32> = UnionFind::new(3 * mesh.triangles.len());
     let corner = |mesh: &Mesh, triangle: u32, vertex: u32| {
         let at = mesh.triangles[triangle as usize]
             .iter()
@@ -141,15 +141,14 @@ fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
                 .triangles
                 .map(|triangle| corner(mesh, triangle, vertex));
             if let (Some(a), Some(b)) = (a, b) {
-                let (a, b) = (root(&mut parents, a), root(&mut parents, b));
-                parents[a.max(b) as usize] = a.min(b);
+                corners.union(a, b);
             }
         }
     }
-    let mut vertex_of_fan = vec![u32::MAX; parents.len()];
+    let fan_of = corners.into_labeling();
+    let mut vertex_of_fan = vec![u32::MAX; fan_of.len()];
     let mut is_used = vec![false; mesh.vertices.len()];
-    for at in 0..3 * mesh.triangles.len() {
-        let fan = root(&mut parents, at as u32);
+    for (at, fan) in fan_of.into_iter().enumerate() {
         let vertex = &mut mesh.triangles[at / 3][at % 3];
         let old = *vertex as usize;
         let own = &mut vertex_of_fan[fan as usize];
@@ -166,18 +165,9 @@ fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
     }
 }
 
-fn root(parents: &mut [u32], mut at: u32) -> u32 {
-    while parents[at as usize] != at {
-        let above = parents[parents[at as usize] as usize];
-        parents[at as usize] = above;
-        at = above;
-    }
-    at
-}
-
 /// Leaves out triangles that run along an edge as an earlier one does.
 fn drop_overfull(mesh: &mut Mesh, mended: &mut Mended) {
-    let edges = Edges::of(mesh);
+    let edges = mesh.half_edges();
     let is_first = |(triangle, corners): (u32, &[u32; 3])| {
         let sides = sides(*corners).into_iter();
         sides

@@ -145,7 +145,7 @@ fn contours_of_random_values_are_closed_and_have_their_inside_within() {
         let directed: Vec<(u32, u32)> = surface
             .triangles
             .iter()
-            .flat_map(|&corners| crate::edges::sides(corners))
+            .flat_map(|&corners| mesh::sides(corners))
             .collect();
         let unique: BTreeSet<(u32, u32)> = directed.iter().copied().collect();
         assert!(

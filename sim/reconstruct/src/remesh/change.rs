@@ -1,5 +1,6 @@
 //! Edges of a surface split, collapsed and turned; vertices moved.
 
+use mesh::triangle;
 use nalgebra::Point3;
 
 use super::connect::Connected;
@@ -76,14 +77,13 @@ impl Connected {
                 return false;
             }
             let before = self.area_normal(corners);
-            let [p, q, r] = corners.map(|corner| {
+            let after = triangle::area_normal(corners.map(|corner| {
                 if corner == vertex {
                     place
                 } else {
                     self.points[corner as usize]
                 }
-            });
-            let after = (q - p).cross(&(r - p));
+            }));
             after.dot(&before) <= TURN_COSINE_MIN * after.norm() * before.norm()
         })
     }

@@ -1,8 +1,8 @@
 //! A surface and how it hangs together.
 
+use mesh::{sides, triangle};
 use nalgebra::{Point3, Vector3};
 
-use crate::edges::sides;
 use crate::poisson::Surface;
 
 /// Triangles, and which of them are at each vertex. What was removed stays as a gap.
@@ -154,8 +154,7 @@ impl Connected {
     }
 
     pub(super) fn area_normal(&self, corners: [u32; 3]) -> Vector3<f64> {
-        let [a, b, c] = corners.map(|corner| self.points[corner as usize]);
-        (b - a).cross(&(c - a))
+        triangle::area_normal(corners.map(|corner| self.points[corner as usize]))
     }
 
     /// The third vertices of an inner edge's two triangles, the first of the one that runs from `a` to `b`.

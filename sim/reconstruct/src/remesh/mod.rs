@@ -6,6 +6,7 @@
 mod change;
 mod connect;
 
+use mesh::triangle;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -61,10 +62,7 @@ fn edge_length(surface: &Surface, wanted: usize) -> f64 {
     let area: f64 = surface
         .triangles
         .iter()
-        .map(|corners| {
-            let [a, b, c] = corners.map(|corner| surface.points[corner as usize]);
-            (b - a).cross(&(c - a)).norm() / 2.0
-        })
+        .map(|corners| triangle::area(corners.map(|corner| surface.points[corner as usize])))
         .sum();
     (area / (2.0 * wanted as f64) * 4.0 / 3.0_f64.sqrt()).sqrt()
 }

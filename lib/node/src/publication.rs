@@ -1,0 +1,295 @@
+//! A topic that this node publishes, as its subscribers see it.
+
+use crate::callers::Place;
+use crate::names;
+use crate::publisher::Latch;
+use crate::tcpros::header;
+use rosrust::Message;
+use std::collections::{HashMap, VecDeque};
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::net::tcp::ReadHalf;
+use tokio::sync::{Notify, watch};
+use tokio::time::timeout;
+
+/// How long a subscriber may take for a message while its computer answers; then it is put out, and dials again.
+const WRITE_MAX: Duration = Duration::from_secs(5);
+
+/// A topic and who listens to it.
+pub(crate) struct Publication {
+    /// With its namespace.
+    pub topic: String,
+    /// Its message's type, checksum and definition.
+    pub kind: MessageKind,
+    latch: Latch,
+    /// Messages kept for a slow subscriber.
+    queue: usize,
+    state: Mutex<State>,
+    /// Changes with the subscribers.
+    changes: watch::Sender<()>,
+}
+
+/// What both ends of a connection must agree on.
+pub(crate) struct MessageKind {
+    /// PACKAGE/NAME.
+    pub name: String,
+    pub md5: String,
+    pub definition: String,
+}
+
+#[derive(Default)]
+struct State {
+    links: HashMap<u64, Arc<Link>>,
+    /// The last message, for those who come late.
+    last: Option<Arc<[u8]>>,
+}
+
+/// A subscriber's connection.
+struct Link {
+    /// Name of the node.
+    subscriber: String,
+    waiting: Mutex<VecDeque<Arc<[u8]>>>,
+    news: Notify,
+}
+
+impl MessageKind {
+    pub fn of<T: Message>() -> Self {
+        Self {
+            name: T::msg_type(),
+            md5: T::md5sum(),
+            definition: T::msg_definition(),
+        }
+    }
+
+    /// Whether the other end's header means the same.
+    ///
+    /// # Errors
+    /// Says in what it differs.
+    pub fn check(&self, fields: &HashMap<String, String>) -> Result<(), String> {
+        for (field, ours) in [("type", &self.name), ("md5sum", &self.md5)] {
+            match fields.get(field) {
+                Some(theirs) if theirs == ours || theirs == "*" => {}
+                Some(theirs) => {
+                    return Err(format!("{field} is {theirs} where {ours} is published"));
+                }
+                None if field == "type" => {}
+                None => return Err(format!("the header lacks its {field}")),
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Publication {
+    pub fn new(topic: String, kind: MessageKind, queue: usize, latch: Latch) -> Self {
+        Self {
+            topic,
+            kind,
+            latch,
+            queue: queue.max(1),
+            state: Mutex::default(),
+            changes: watch::Sender::new(()),
+        }
+    }
+
+    /// Queues a message with its length before it.
+    pub fn send(&self, bytes: Arc<[u8]>) {
+        let mut state = self.state();
+        for link in state.links.values() {
+            link.push(Arc::clone(&bytes), self.queue);
+        }
+        if self.latch == Latch::Yes {
+            state.last = Some(bytes);
+        }
+    }
+
+    /// Whether a message would be kept or sent.
+    pub fn is_wanted(&self) -> bool {
+        self.latch == Latch::Yes || self.is_subscribed()
+    }
+
+    pub fn is_subscribed(&self) -> bool {
+        !self.state().links.is_empty()
+    }
+
+    /// Names of the nodes that are connected now.
+    pub fn subscribers(&self) -> Vec<String> {
+        let state = self.state();
+        state
+            .links
+            .values()
+            .map(|link| link.subscriber.clone())
+            .collect()
+    }
+
+    /// Changes with the subscribers.
+    pub fn changes(&self) -> watch::Receiver<()> {
+        self.changes.subscribe()
+    }
+
+    /// Whether all that was sent has been handed to the system.
+    pub fn is_flushed(&self) -> bool {
+        self.state()
+            .links
+            .values()
+            .all(|link| link.waiting().is_empty())
+    }
+
+    /// Sends the topic to a subscriber whose header said `fields`, until one of both ends it.
+    pub async fn serve(
+        &self,
+        stream: &mut TcpStream,
+        fields: &HashMap<String, String>,
+        place: &Place,
+    ) -> io::Result<()> {
+        let accepted = header(&[
+            ("callerid", names::own()),
+            ("topic", &self.topic),
+            ("type", &self.kind.name),
+            ("md5sum", &self.kind.md5),
+            ("message_definition", &self.kind.definition),
+            ("latching", if self.latch == Latch::Yes { "1" } else { "0" }),
+        ]);
+        timeout(WRITE_MAX, stream.write_all(&accepted)).await??;
+        if !place.begin_use() {
+            return Err(io::Error::other("too many subscribers on that computer"));
+        }
+        let subscriber = fields.get("callerid").map_or("", String::as_str);
+        let link = Listed::new(self, subscriber);
+        let (mut reader, mut writer) = stream.split();
+        tokio::select! {
+            ended = until_closed(&mut reader) => ended,
+            never = async {
+                loop {
+                    let bytes = link.link.next().await;
+                    timeout(WRITE_MAX, writer.write_all(&bytes)).await??;
+                    link.link.sent();
+                }
+            } => never,
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Subscribers send nothing after their header.
+async fn until_closed(reader: &mut ReadHalf<'_>) -> io::Result<()> {
+    let mut ignored = [0; 256];
+    while reader.read(&mut ignored).await? > 0 {}
+    Ok(())
+}
+
+/// A link among those of its publication, until dropped.
+struct Listed<'a> {
+    publication: &'a Publication,
+    link: Arc<Link>,
+    id: u64,
+}
+
+impl<'a> Listed<'a> {
+    fn new(publication: &'a Publication, subscriber: &str) -> Self {
+        static IDS: AtomicU64 = AtomicU64::new(0);
+        let id = IDS.fetch_add(1, Ordering::Relaxed);
+        let link = Arc::new(Link {
+            subscriber: subscriber.into(),
+            waiting: Mutex::default(),
+            news: Notify::new(),
+        });
+        let mut state = publication.state();
+        if let Some(last) = &state.last {
+            link.push(Arc::clone(last), 1);
+        }
+        state.links.insert(id, Arc::clone(&link));
+        drop(state);
+        publication.changes.send_replace(());
+        Self {
+            publication,
+            link,
+            id,
+        }
+    }
+}
+
+impl Drop for Listed<'_> {
+    fn drop(&mut self) {
+        self.publication.state().links.remove(&self.id);
+        self.publication.changes.send_replace(());
+    }
+}
+
+impl Link {
+    /// Of too many messages the oldest go; the first is being sent.
+    fn push(&self, bytes: Arc<[u8]>, queue: usize) {
+        let mut waiting = self.waiting();
+        if waiting.len() > queue {
+            waiting.remove(1);
+        }
+        waiting.push_back(bytes);
+        drop(waiting);
+        self.news.notify_one();
+    }
+
+    /// The oldest message, as soon as there is one; it waits until it was sent.
+    async fn next(&self) -> Arc<[u8]> {
+        loop {
+            let first = self.waiting().front().cloned();
+            match first {
+                Some(bytes) => return bytes,
+                None => self.news.notified().await,
+            }
+        }
+    }
+
+    fn sent(&self) {
+        self.waiting().pop_front();
+    }
+
+    fn waiting(&self) -> MutexGuard<'_, VecDeque<Arc<[u8]>>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn publication(latch: Latch) -> Publication {
+        let kind = MessageKind::of::<msg::std_msgs::Bool>();
+        Publication::new("/topic".into(), kind, 2, latch)
+    }
+
+    #[tokio::test]
+    async fn the_oldest_go_but_for_the_one_that_is_being_sent() {
+        let publication = publication(Latch::No);
+        let listed = Listed::new(&publication, "/reader");
+        for number in 0..9_u8 {
+            publication.send([number].into());
+        }
+        let mut sent = Vec::new();
+        while !publication.is_flushed() {
+            sent.push(listed.link.next().await[0]);
+            listed.link.sent();
+        }
+        assert_eq!(sent, [0, 7, 8]);
+        assert_eq!(publication.subscribers(), ["/reader"]);
+        drop(listed);
+        assert!(!publication.is_subscribed());
+    }
+
+    #[tokio::test]
+    async fn late_subscribers_get_the_last_message_once() {
+        let publication = publication(Latch::Yes);
+        publication.send([7].into());
+        let listed = Listed::new(&publication, "/late");
+        assert_eq!(*listed.link.next().await, [7]);
+        listed.link.sent();
+        assert!(publication.is_flushed());
+    }
+}

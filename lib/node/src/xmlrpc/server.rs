@@ -1,0 +1,67 @@
+//! The server's side: a node is asked by the master and by other nodes.
+
+use super::http;
+use super::value::{Value, decode_call, encode_fault, encode_response};
+use crate::callers::{Callers, Capacity};
+use crate::tcpros::set_options;
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::time::{sleep, timeout};
+
+/// How long a question, once its connection stands, and the taking of its answer may take.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How long a connection may be kept for a next question; clients that keep it ask again when it is closed.
+const IDLE_MAX: Duration = Duration::from_secs(60);
+const RETRY: Duration = Duration::from_millis(50);
+
+/// Answers the call of a method with these arguments, or says why not.
+pub(crate) trait Respond:
+    Fn(&str, Vec<Value>) -> Result<Value, String> + Send + Sync + 'static
+{
+}
+impl<F: Fn(&str, Vec<Value>) -> Result<Value, String> + Send + Sync + 'static> Respond for F {}
+
+/// Answers whoever calls, until dropped.
+pub(crate) async fn serve(listener: TcpListener, respond: Arc<impl Respond>) {
+    let callers = Callers::new(Capacity::CALLS);
+    loop {
+        let Ok((stream, peer)) = listener.accept().await else {
+            // Out of descriptors, for one; it may pass.
+            sleep(RETRY).await;
+            continue;
+        };
+        let Some(place) = callers.enter(peer.ip()) else {
+            continue;
+        };
+        let respond = Arc::clone(&respond);
+        tokio::spawn(async move {
+            let answered = tokio::select! {
+                answered = answer_all(stream, &*respond) => answered,
+                () = place.put_out() => Ok(()),
+            };
+            if let Err(error) = answered {
+                log::debug!("a question from {peer}: {error}");
+            }
+        });
+    }
+}
+
+async fn answer_all(mut stream: TcpStream, respond: &impl Respond) -> io::Result<()> {
+    set_options(&stream)?;
+    let mut patience = PATIENCE;
+    loop {
+        let (_, body) = timeout(patience, http::read(&mut stream)).await??;
+        let answer = match decode_call(&body) {
+            Ok((method, arguments)) => respond(&method, arguments),
+            Err(error) => Err(error.to_string()),
+        };
+        let body = match answer {
+            Ok(value) => encode_response(&value),
+            Err(reason) => encode_fault(&reason),
+        };
+        timeout(PATIENCE, http::write(&mut stream, "HTTP/1.1 200 OK", &body)).await??;
+        patience = IDLE_MAX;
+    }
+}

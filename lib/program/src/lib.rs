@@ -1,0 +1,61 @@
+//! What programs of the terminal say at the end, and their exit codes.
+
+use std::error::Error;
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+
+/// Prints results. A reader that has seen enough (`| head -1`) is no fault.
+///
+/// # Errors
+/// They cannot be written for another reason, like a full disk.
+pub fn print(results: impl Display) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match write!(out, "{results}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("cannot print the results"),
+    }
+}
+
+/// 0 for success; otherwise 1, after saying what failed and why.
+pub fn exit_code(program: &str, result: Result<()>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{program}: {}", describe(error.as_ref()));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// An error and its causes. Some errors say their cause themselves; it is not said twice.
+pub fn describe(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        let said = cause.to_string();
+        if !text.contains(&said) {
+            text += &format!(": {said}");
+        }
+        next = cause.source();
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_cause_is_said_once() {
+        let error = anyhow::Error::msg("no such file")
+            .context("cannot read a: no such file")
+            .context("view 1");
+        assert_eq!(
+            describe(error.as_ref()),
+            "view 1: cannot read a: no such file"
+        );
+    }
+}

@@ -1,0 +1,172 @@
+//! Simulated scans: what the graph makes of a specimen that turns before the camera.
+//!
+//! Only rendering is simulated. Depth threshold, registration and crop are the nodes' own code, so that a network
+//! learns from what it will be fed.
+
+use depth_threshold::{DepthImage, ThresholdError, Thresholder};
+use icp_registration::Registrar;
+use mesh::Mesh;
+use nalgebra::{Isometry3, Point3, Vector3};
+use parameter::ParameterError;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use roi_crop::{Crop, Cropper, Frame};
+use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
+
+use crate::parameters::ScanParameters;
+use crate::setup::Setup;
+
+/// A scan that cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum ScanError {
+    /// A node refuses a setting.
+    #[error(transparent)]
+    Setting(#[from] ParameterError),
+    /// The depth threshold refuses an image.
+    #[error(transparent)]
+    Image(#[from] ThresholdError),
+}
+
+/// The object's cloud, as it reaches the classifier.
+#[derive(Debug, Clone)]
+pub struct ScannedObject {
+    /// Points in m.
+    pub points: Vec<Point3<f32>>,
+    /// Up direction in their frame.
+    pub up: Vector3<f64>,
+    /// How many views made the cloud; 0 for the whole surface, without a camera.
+    pub view_count: usize,
+    /// Whether a gripper held the object.
+    pub held: bool,
+}
+
+/// Scans an object (in its own frame: bottom centre, +z up). Gives the clouds after the first view, the second, ..., and
+/// that of the last view alone.
+///
+/// A cloud that the nodes refuse or call empty, because the object is hardly in view, is left out.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn scan(
+    object: &Mesh,
+    parameters: &ScanParameters,
+    seed: u64,
+) -> Result<Vec<ScannedObject>, ScanError> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let setup = Setup::random(object, parameters, &mut random);
+    let views = capture(&setup, parameters, &mut random)?;
+    let mut objects = register_and_crop(&setup, &views, parameters)?;
+    if let [_, .., last] = views.as_slice() {
+        objects.extend(register_and_crop(
+            &setup,
+            std::slice::from_ref(last),
+            parameters,
+        )?);
+    }
+    Ok(objects)
+}
+
+/// The whole surface of an object in its own frame, evenly covered.
+pub fn full_view(object: &Mesh, random: &mut Pcg64Mcg) -> ScannedObject {
+    const POINTS: usize = 4096;
+    ScannedObject {
+        points: object.surface_points(POINTS, random),
+        up: Vector3::z(),
+        view_count: 0,
+        held: false,
+    }
+}
+
+/// What the camera sees of a scan at one wrist angle.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Points in m in the camera's optical frame: gripper and object.
+    pub points: Vec<Point3<f32>>,
+    /// The pose that kinematics would report, wrong by the camera mount's error.
+    pub believed_hand_from_camera: Isometry3<f64>,
+}
+
+/// The views of a scan, one for each of the setup's wrist angles.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn capture(
+    setup: &Setup,
+    parameters: &ScanParameters,
+    random: &mut Pcg64Mcg,
+) -> Result<Vec<View>, ScanError> {
+    let mut renderer = Renderer::new(WINDOW);
+    let mut noise = Noise::new(setup.noise.clone(), random.random())?;
+    let mut thresholder = Thresholder::new(setup.threshold.clone())?;
+    let mut views = Vec::with_capacity(parameters.view_count);
+    for &wrist_rad in &setup.wrist_angles_rad {
+        let camera_from_hand = setup.camera_from_hand(wrist_rad);
+        let placement = Placement {
+            camera_from_hand,
+            camera_from_links: Vec::new(),
+            camera_from_base: None,
+        };
+        let image = noise.apply(renderer.render(&setup.scene, &placement), &WINDOW);
+        let bytes = image.to_le_bytes();
+        let image = DepthImage {
+            width: WINDOW.width,
+            height: WINDOW.height,
+            step: 2 * WINDOW.width,
+            encoding: "16UC1",
+            is_bigendian: false,
+            data: &bytes,
+        };
+        let mut points = thresholder.points(&image, &WINDOW)?;
+        points.retain(|point| setup.is_in_image(point));
+        let believed_hand_from_camera =
+            camera_from_hand.inverse() * setup.camera_from_believed_camera;
+        views.push(View {
+            points,
+            believed_hand_from_camera,
+        });
+    }
+    Ok(views)
+}
+
+/// The part of a D435i's image in which the object is; the rest would only cost time. Wide enough on the left for the
+/// band that only one imager sees.
+const WINDOW: Intrinsics = Intrinsics {
+    width: 440,
+    height: 400,
+    cx: D435I.cx - 204.0,
+    cy: D435I.cy - 38.0,
+    ..D435I
+};
+
+/// The object's cloud after each view.
+fn register_and_crop(
+    setup: &Setup,
+    views: &[View],
+    parameters: &ScanParameters,
+) -> Result<Vec<ScannedObject>, ScanError> {
+    let mut registrar = Registrar::new(parameters.registration.clone())?;
+    let cropper = Cropper::new(setup.crop.clone())?;
+    let frame = if setup.held {
+        Frame::Hand { opening_m: None }
+    } else {
+        Frame::Camera
+    };
+    let mut objects = Vec::new();
+    for (index, view) in views.iter().enumerate() {
+        let pose = setup.held.then_some(view.believed_hand_from_camera);
+        if registrar.add_view(&view.points, pose).is_err() {
+            continue;
+        }
+        let cropped = cropper.crop(&registrar.cloud(), frame);
+        let is_something = |crop: &Crop| cropper.is_object(crop.points.len());
+        if let Some(Crop { points, up, .. }) = cropped.ok().filter(is_something) {
+            objects.push(ScannedObject {
+                points,
+                up,
+                view_count: index + 1,
+                held: setup.held,
+            });
+        }
+    }
+    Ok(objects)
+}

@@ -1,0 +1,5 @@
+//! Names the object in clouds from files, with the nodes' own code and without ROS.
+
+mod classify;
+
+pub use classify::{Classified, Scene, classify_views, read_views};

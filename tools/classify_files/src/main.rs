@@ -1,0 +1,116 @@
+//! Names the object in clouds from files.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, ValueEnum};
+use classifier::{Model, Provider, shipped_model};
+use classify_files::{Scene, classify_views, read_views};
+use indicatif::ProgressBar;
+use roi_crop::Axis;
+
+/// Names the object in clouds: each FILE (PLY or PCD) is one view of the same scene.
+#[derive(Debug, Parser)]
+#[command(
+    name = "classify_files",
+    after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
+)]
+struct Arguments {
+    /// Views of the scene, .ply or .pcd
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Model file [default: the shipped one]
+    #[arg(long, value_name = "ONNX")]
+    model: Option<PathBuf>,
+    /// What runs the network: openvino or cpu
+    #[arg(long, default_value = "openvino")]
+    provider: Provider,
+    /// OpenVINO's device
+    #[arg(long, default_value = "CPU", value_parser = ["CPU", "GPU", "AUTO"])]
+    device: String,
+    /// The files' unit
+    #[arg(long, default_value = "m")]
+    units: Units,
+    /// Up direction in the files' frame: ±x, ±y or ±z
+    #[arg(
+        long,
+        default_value = "+z",
+        value_name = "±AXIS",
+        allow_hyphen_values = true
+    )]
+    up: Axis,
+    /// Cut away what is not higher than this along the up direction, in metres [default: keep all]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    keep_above: Option<f64>,
+    /// Where registration starts; files hold no poses, so that only `identity` works
+    #[arg(long, default_value = "identity")]
+    initial_guess: InitialGuess,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Units {
+    M,
+    Mm,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ValueEnum)]
+enum InitialGuess {
+    Identity,
+    Kinematic,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if arguments.initial_guess == InitialGuess::Kinematic {
+        let message = "--initial-guess kinematic needs the hand's pose for each view, which PLY and \
+                       PCD files do not hold; use identity";
+        Arguments::command()
+            .error(ErrorKind::InvalidValue, message)
+            .exit();
+    }
+    program::exit_code("classify_files", run(&arguments))
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    let path = match &arguments.model {
+        Some(path) => path.clone(),
+        None => shipped_model()?,
+    };
+    let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
+    if let Some(reason) = model.fallback_reason() {
+        eprintln!("classify_files: the CPU provider is used: {reason}");
+    }
+    let scene = Scene {
+        metres_per_file_unit: match arguments.units {
+            Units::M => 1.0,
+            Units::Mm => 0.001,
+        },
+        up: arguments.up,
+        keep_above_m: arguments.keep_above,
+    };
+    let bar = ProgressBar::new(arguments.files.len() as u64);
+    let views = read_views(&arguments.files, scene.metres_per_file_unit, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let classified =
+        classify_views(&views, &scene, &mut model).context("cannot classify these views")?;
+    for (view, file) in classified.views.iter().zip(&arguments.files) {
+        if !view.accepted {
+            eprintln!(
+                "classify_files: {} is left out: {}",
+                file.display(),
+                view.reason
+            );
+        }
+    }
+    if arguments.json {
+        program::print(format_args!("{:#}\n", classified.to_json(&model)))?;
+    } else {
+        program::print(classified.to_text(&model))?;
+    }
+    Ok(())
+}

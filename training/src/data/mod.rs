@@ -1,0 +1,13 @@
+//! Labelled clouds: of simulated scans and of meshes, kept in files, changed at random while training.
+
+pub mod augment;
+pub mod clouds;
+pub mod mesh_clouds;
+pub mod mesh_dataset;
+pub mod simulate;
+pub mod source;
+pub mod specimens;
+mod split;
+pub mod trained_on;
+
+pub use clouds::{LabelledClouds, Split};

@@ -1,0 +1,152 @@
+//! Probabilities that mean what they say.
+
+/// The factor 1/T of logits `[M][C]` that makes the true classes most probable (temperature scaling, Guo et al. 2017).
+/// 1 without clouds.
+///
+/// Where every answer is right, no factor is too large for the labels themselves. So that few clouds do not make a model
+/// that is always certain, the target is not the label alone: as in Platt scaling (Platt 1999, Sec. 2.2) its share of M
+/// clouds is (M + 1) / (M + 2), and the rest is spread over the other classes.
+pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
+    let others_share = 1.0 / (logits.len() as f64 + 2.0);
+    // The loss is convex in the factor: its slope has one zero.
+    let slope = |factor: f64| -> f64 {
+        let pairs = logits.iter().zip(labels);
+        pairs
+            .map(|(logits, &label)| slope_of(logits, label, others_share, factor))
+            .sum()
+    };
+    let (mut low, mut high) = (0.05_f64, 20.0_f64);
+    if logits.is_empty() {
+        return 1.0;
+    }
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if slope(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    (low * high).sqrt()
+}
+
+/// Derivative by the factor of the cross-entropy of softmax(factor · logits): the logits' mean by these probabilities minus
+/// that by the target, of which `others_share` belongs to the classes that are not the label.
+fn slope_of(logits: &[f32], label: usize, others_share: f64, factor: f64) -> f64 {
+    let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let (mut sum, mut weighted) = (0.0, 0.0);
+    for &logit in logits {
+        let weight = (factor * f64::from(logit - highest)).exp();
+        sum += weight;
+        weighted += weight * f64::from(logit);
+    }
+    let own = f64::from(logits[label]);
+    let all: f64 = logits.iter().copied().map(f64::from).sum();
+    let others = (all - own) / (logits.len().max(2) - 1) as f64;
+    weighted / sum - (own + others_share * (others - own))
+}
+
+/// The log of the sum of exponentials.
+pub fn log_sum_exp(logits: &[f32]) -> f64 {
+    let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let sum: f64 = logits.iter().map(|l| f64::from(l - highest).exp()).sum();
+    f64::from(highest) + sum.ln()
+}
+
+/// The largest of `[C]` log-probabilities as a probability.
+pub fn highest_probability(log_probabilities: &[f32]) -> f64 {
+    let highest = log_probabilities
+        .iter()
+        .copied()
+        .fold(f32::NEG_INFINITY, f32::max);
+    f64::from(highest).exp()
+}
+
+/// Expected calibration error of (probability, right?) in 15 bins of equal width: the mean distance between what was said
+/// and how often it was right (Naeini et al. 2015). 0 without answers.
+pub fn calibration_error(judged: &[(f64, bool)]) -> f64 {
+    const BINS: usize = 15;
+    let mut bins = [(0.0, 0.0); BINS];
+    for &(probability, right) in judged {
+        let bin = ((probability * BINS as f64) as usize).min(BINS - 1);
+        bins[bin].0 += probability;
+        bins[bin].1 += f64::from(u8::from(right));
+    }
+    let distance: f64 = bins.iter().map(|(said, right)| (said - right).abs()).sum();
+    distance / judged.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    fn probabilities(logits: &[f32], factor: f64) -> Vec<f64> {
+        let raw: Vec<f64> = logits
+            .iter()
+            .map(|&l| (factor * f64::from(l)).exp())
+            .collect();
+        let sum: f64 = raw.iter().sum();
+        raw.into_iter().map(|value| value / sum).collect()
+    }
+
+    /// Logits, and labels drawn from the probabilities that `factor` makes of them.
+    fn drawn(factor: f64, seed: u64) -> (Vec<Vec<f32>>, Vec<usize>) {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        (0..20_000)
+            .map(|_| {
+                let logits: Vec<f32> = (0..4).map(|_| random.random_range(-3.0..3.0)).collect();
+                let mut left: f64 = random.random();
+                let mut label = 0;
+                for probability in probabilities(&logits, factor) {
+                    left -= probability;
+                    label += usize::from(left > 0.0);
+                }
+                (logits, label.min(3))
+            })
+            .unzip()
+    }
+
+    #[test]
+    fn the_temperature_is_found_again() {
+        for (factor, seed) in [(0.5, 1), (1.0, 2), (3.0, 3)] {
+            let (logits, labels) = drawn(factor, seed);
+            let found = inverse_temperature(&logits, &labels);
+            assert!(
+                (found / factor - 1.0).abs() < 0.05,
+                "seed {seed}: {found} of {factor}"
+            );
+        }
+        assert_eq!(inverse_temperature(&[], &[]), 1.0);
+    }
+
+    #[test]
+    fn right_answers_about_few_clouds_do_not_make_a_model_certain() {
+        for count in [1, 30, 300] {
+            let logits = vec![vec![4.0, -1.0, -1.0, -1.0]; count];
+            let factor = inverse_temperature(&logits, &vec![0; count]);
+            let found = probabilities(&logits[0], factor)[0];
+            let expected = (count as f64 + 1.0) / (count as f64 + 2.0);
+            assert!((found - expected).abs() < 1e-3, "{count} clouds: {found}");
+        }
+    }
+
+    #[test]
+    fn scaled_probabilities_are_calibrated_and_overconfident_ones_are_not() {
+        let (logits, labels) = drawn(0.5, 4);
+        let error_with = |factor| {
+            let judge = |(logits, &label): (&Vec<f32>, &usize)| {
+                let probabilities = probabilities(logits, factor);
+                let best = (0..4).max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]));
+                let best = best.unwrap_or(0);
+                (probabilities[best], best == label)
+            };
+            calibration_error(&logits.iter().zip(&labels).map(judge).collect::<Vec<_>>())
+        };
+        assert!(error_with(0.5) < 0.02, "{}", error_with(0.5));
+        assert!(error_with(2.0) > 0.2, "{}", error_with(2.0));
+        assert_eq!(calibration_error(&[]), 0.0);
+    }
+}

@@ -1,0 +1,98 @@
+//! How often answers about labelled clouds are right.
+
+use serde::{Deserialize, Serialize};
+
+use crate::evaluation::calibration::{calibration_error, highest_probability};
+use crate::evaluation::confusion::Confusion;
+use crate::training::tally::most_probable;
+
+/// What was found on clouds that had no part in training.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct TestResult {
+    /// Clouds that were named.
+    pub clouds: usize,
+    /// Share named rightly.
+    pub accuracy: f64,
+    /// Right answers by class, in the order of `confusion.labels`.
+    pub class_accuracies: Vec<f64>,
+    /// Mean negative log-likelihood.
+    pub loss: f64,
+    /// Share called known.
+    pub known_share: f64,
+    /// Expected calibration error: how far probabilities are from shares of right answers.
+    pub calibration_error: f64,
+    /// All answers.
+    pub confusion: Confusion,
+}
+
+/// One answer and the truth.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Answered<'a> {
+    /// [C]
+    pub log_probabilities: &'a [f32],
+    /// How much like the classes the cloud is.
+    pub known_score: f64,
+    /// Index of the true class.
+    pub label: usize,
+}
+
+impl TestResult {
+    /// Counts answers of a model with these labels; what reaches the threshold is called known.
+    pub(crate) fn of<'a>(
+        labels: &[String],
+        known_threshold: f64,
+        answers: impl Iterator<Item = Answered<'a>>,
+    ) -> Self {
+        let mut confusion = Confusion::new(labels);
+        let (mut known, mut loss, mut judged) = (0, 0.0, Vec::new());
+        for answer in answers {
+            let prediction = most_probable(answer.log_probabilities);
+            confusion.add(answer.label, prediction);
+            known += usize::from(answer.known_score >= known_threshold);
+            loss -= f64::from(answer.log_probabilities[answer.label]);
+            judged.push((
+                highest_probability(answer.log_probabilities),
+                prediction == answer.label,
+            ));
+        }
+        let count = judged.len().max(1) as f64;
+        Self {
+            clouds: judged.len(),
+            accuracy: confusion.accuracy(),
+            class_accuracies: confusion.class_accuracies(),
+            loss: loss / count,
+            known_share: known as f64 / count,
+            calibration_error: calibration_error(&judged),
+            confusion,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_counted_once_each() {
+        let half = 0.5f32.ln();
+        let answered = |log_probabilities, known_score, label| Answered {
+            log_probabilities,
+            known_score,
+            label,
+        };
+        let (sure, unsure) = ([0.0, f32::NEG_INFINITY], [half + 1e-6, half]);
+        let answers = [
+            answered(&sure, 2.0, 0),
+            answered(&sure, 1.0, 0),
+            answered(&unsure, 0.0, 1),
+            answered(&unsure, 0.5, 0),
+        ];
+        let labels = ["a".to_owned(), "b".to_owned()];
+        let test = TestResult::of(&labels, 1.0, answers.into_iter());
+        assert_eq!((test.clouds, test.accuracy), (4, 0.75));
+        assert_eq!(test.class_accuracies, [1.0, 0.0]);
+        assert_eq!(test.known_share, 0.5);
+        assert!((test.loss - 0.5 * std::f64::consts::LN_2).abs() < 1e-5);
+        assert!(test.calibration_error < 1e-5, "{}", test.calibration_error);
+    }
+}
