@@ -44,9 +44,9 @@ class RunningGraph:
         self.core = core
         self.master = rosgraph.Master('/interface')
         self.nodes, self.links, self.types = [], [], {}
-        graph = Graph(core, 'sim.launch')
+        self.graph = Graph(core, 'sim.launch')
         for service in ('scan_object', 'classify_cloud', 'rotate_wrist'):
-            graph.wait_for_service(service, timeout_s=60)
+            self.graph.wait_for_service(service, timeout_s=60)
         # Links appear one after the other while the nodes start.
         wait_until(lambda: not self.look(), 60, 'a graph that no longer changes', period_s=2)
 
@@ -54,6 +54,8 @@ class RunningGraph:
         """Asks the master; returns whether anything is new."""
         import rosservice
         before = self.links
+        # Clouds are heard only while views are taken, and shortly after.
+        self.graph.call('capture_views', timeout_s=60, angles=[0.0])
         self.nodes = sorted(name for name in self.core.nodes() if name.strip('/') in nodes_with_parameters())
         state = dict(zip(('publishes', 'hears', 'serves'), self.master.getSystemState()))
         self.links = sorted((what, name, node) for what, entries in state.items() for name, nodes in entries

@@ -1,5 +1,7 @@
 """The action `scan_object`, asked by actionlib's own client and by rostopic."""
 
+import signal
+
 import pytest
 
 from graph import Listener
@@ -86,7 +88,7 @@ def test_a_goal_is_told_of_and_answered(client):
     assert (state, result.error) == ('SUCCEEDED', '')
     answer = result.classification
     assert (answer.label, answer.view_count, answer.complete) == ('medium-can', 3, True)
-    assert {feedback.state for feedback in told} >= {'turning', 'looking', 'thinking'}
+    assert {feedback.state for feedback in told} >= {'turning', 'looking', 'classifying'}
     assert {feedback.scan_id for feedback in told} == {answer.scan_id}
     views = [feedback.view for feedback in told]
     assert set(views) == {1, 2, 3} and views == sorted(views)
@@ -168,3 +170,65 @@ def test_rostopic_sends_and_cancels_goals(sim):
     listed = statuses.next(accept=lambda message: message.status_list and message.status_list[0].status == 2)
     assert listed.status_list[0].goal_id == result.status.goal_id
     statuses.next(timeout_s=10, accept=lambda message: not message.status_list)
+
+
+def test_a_goal_ends_when_nobody_waits_for_its_result(sim):
+    from deformable_cobot.msg import Classification
+    answers, wrist = Listener('classification', Classification), W2()
+    echo = sim.core.run('rostopic', 'echo', '/scan_object/result')
+    # As a client that is killed: nobody tells the master.
+    wait_until(lambda: 'scan_server' in sim.core.output('rostopic', 'info', '/scan_object/result'), 10, 'the topic')
+    wait_until(lambda: '/rostopic_' in sim.core.output('rostopic', 'info', '/scan_object/result'), 10, 'the listener')
+    sim.core.run('rostopic', 'pub', '--once', '/scan_object/goal', GOAL_TYPE, 'goal: {views: 16}')
+    wrist.wait_for_motion()
+    echo.process.kill()
+    ended = answers.next(timeout_s=10, accept=lambda answer: answer.complete)
+    assert 'scan_object/result' in ended.error
+    wait_until(lambda: wrist.speed < 0.05, 1, 'rest')
+    assert sim.scan(views=1).error == ''
+
+
+@pytest.mark.parametrize('node, state', [('scan_server', 'PREEMPTED'), ('view_capture', 'ABORTED')])
+def test_a_node_that_is_told_to_end_says_so_to_the_client(sim, client, node, state):
+    wrist = W2()
+    send(client, 8)
+    wrist.wait_for_motion()
+    stopped = sim.core.kill(node, signal.SIGINT)
+    ended_as, result = ended(client, timeout_s=10)
+    assert ended_as == state and 'shutting down' in result.error
+    assert wrist.speed < 0.05
+    wait_until(lambda: sim.core.process_of(node) not in (None, stopped), 20, f'{node} again')
+    assert f'[{node}' in sim.roslaunch.printed() and 'exit code -' not in sim.roslaunch.printed()
+    wait_until(lambda: sim.scan(views=1).error == '', 30, 'the next scan')
+
+
+def test_a_goal_that_comes_again_is_the_same_and_its_lost_result_comes_again(sim):
+    import rospy
+    from deformable_cobot.msg import ScanObjectActionGoal, ScanObjectActionResult
+    results = Listener('scan_object/result', ScanObjectActionResult)
+    goals = rospy.Publisher('scan_object/goal', ScanObjectActionGoal, queue_size=4)
+    wait_until(lambda: goals.get_num_connections() > 0, 10, 'the server')
+    goal = ScanObjectActionGoal()
+    goal.goal_id.id, goal.goal.views = 'the same', 1
+    goals.publish(goal)
+    goals.publish(goal)
+    first = results.next(timeout_s=30)
+    assert results.all() == []
+    goals.publish(goal)
+    again = results.next(timeout_s=5)
+    assert first.status.status == first.status.SUCCEEDED and first.result == again.result
+
+
+def test_a_scan_at_the_start_moves_no_arm_unless_told_so_twice(sim):
+    import rospy
+    from diagnostic_msgs.msg import DiagnosticArray
+    diagnostics, wrist = Listener('/diagnostics', DiagnosticArray), W2()
+    commands = Listener('/robot/limb/left/joint_command')
+    rospy.set_param('/scan_server/scan_at_start', True)
+    sim.core.kill('scan_server')
+    told = diagnostics.next(timeout_s=30, accept=lambda array: 'scan_server: scan_at_start' in str(array.status))
+    assert 'scan_at_start_moves_arm' in str(told.status)
+    assert commands.all() == []
+    rospy.set_param('/scan_server/scan_at_start_moves_arm', True)
+    sim.core.kill('scan_server')
+    wrist.wait_for_motion()

@@ -17,11 +17,11 @@ PLAIN = 'small-cup'
 
 @pytest.fixture
 def sim(launch, checkout, tmp_path):
-    """Starts the simulated robot with settings of view_capture: sim(stop_when_confident=0.9) -> Graph."""
+    """Starts the simulated robot with settings of scan_server: sim(stop_when_confident=0.9) -> Graph."""
     def run(**settings):
         config = tmp_path / 'config'
         shutil.copytree(checkout / 'config', config)
-        with open(config / 'view_capture.yaml', 'a', encoding='utf-8') as file:
+        with open(config / 'scan_server.yaml', 'a', encoding='utf-8') as file:
             file.writelines(f'{name}: {value}\n' for name, value in settings.items())
         graph = launch('sim.launch', config=config)
         graph.wait_for_service('scan_object', timeout_s=60)
@@ -117,7 +117,7 @@ def test_a_stage_killed_between_views_is_back_for_the_answer(sim, node):
 
 
 class Stages:
-    """What comes after view_capture, made by a test: answers each view as told, and hears how the scan ends."""
+    """What comes after scan_server, made by a test: answers each view as told, and hears how the scan ends."""
 
     def __init__(self, answer_to):
         import rospy
@@ -130,10 +130,10 @@ class Stages:
 
     def _hear(self, view):
         from deformable_cobot.msg import Classification
-        if view.index in self.heard:
+        if (view.kind, view.index) in self.heard or view.kind == view.FAILED:
             return
-        self.heard.add(view.index)
-        if view.index == view.count:
+        self.heard.add((view.kind, view.index))
+        if view.kind == view.END:
             self.ends.append(view)
         fields = self.answer_to(view)
         if fields is not None:
@@ -142,22 +142,23 @@ class Stages:
 
 def answer(view, **fields):
     """As the classifier would: the complete one after the last view, or when the scan is ended early."""
-    is_end = view.index == view.count
+    is_end = view.kind == view.END
     return {'view_count': view.index + (not is_end), 'complete': is_end or view.index + 1 == view.count,
             'label': 'cup', 'known': True, 'probability': 0.9, **fields}
 
 
 @pytest.fixture
 def capture(start):
-    """Scans by view_capture alone, which ends them at 0.8: capture(answer_to) -> response, later stages of the test."""
+    """Scans without later stages, which end at 0.8: capture(answer_to) -> response, later stages of the test."""
     def scan(answer_to):
         import rospy
         from deformable_cobot.srv import ScanObject
         start('depth_threshold')
-        start('view_capture', _use_tf='false', _stop_when_confident='0.8', _answer_deadline_s='2.0')
+        start('view_capture', _use_tf='false')
+        start('scan_server', _stop_when_confident='0.8', _answer_deadline_s='2.0')
         Camera(depth_image(), camera_info())
         stages = Stages(answer_to)
-        wait_until(lambda: stages.answers.get_num_connections() > 0, 20, 'view_capture listening to the answers')
+        wait_until(lambda: stages.answers.get_num_connections() > 0, 20, 'scan_server listening to the answers')
         rospy.wait_for_service('scan_object', 20)
         response = within(60, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(VIEWS))
         return response, stages
@@ -180,7 +181,7 @@ def test_no_running_answer_means_all_views(capture):
 
 
 def test_a_lost_end_is_noticed(capture):
-    response, stages = capture(lambda view: answer(view) if view.index < view.count else None)
+    response, stages = capture(lambda view: answer(view) if view.kind == view.VIEW else None)
     assert 'no answer within 2.0s' in response.error
     assert len(stages.ends) == 1
 
@@ -189,4 +190,4 @@ def test_a_stage_that_fails_ends_the_scan_at_once(capture):
     failure = {'error': 'roi_crop: broken', 'complete': True, 'view_count': 0}
     response, stages = capture(lambda view: answer(view, **failure))
     assert 'roi_crop: broken' in response.error
-    assert stages.heard == {0}
+    assert {index for _, index in stages.heard} == {0}

@@ -11,7 +11,7 @@ from processes import wait_until
 pytestmark = [pytest.mark.built, pytest.mark.timeout(180)]
 
 NODES = ('camera_mount', 'classifier', 'depth_threshold', 'gripper', 'icp_registration', 'roi_crop', 'scan_markers',
-         'sim_baxter', 'sim_camera', 'view_capture', 'wrist_rotator')
+         'scan_server', 'sim_baxter', 'sim_camera', 'view_capture', 'wrist_rotator')
 # Where nothing but the test moves or shows anything.
 ALONE = {'kinematics': 'false', 'mount': 'false', 'rotator': 'false'}
 
@@ -35,6 +35,13 @@ def test_unknown_parameter_is_named_by_every_node(core):
 def test_parameter_out_of_range_is_named(core, node, name, value):
     printed = ends_with_message(core, node, f'_{name}:={value}')
     assert name in printed or str(value) in printed
+
+
+def test_parameter_that_moved_is_named_with_its_new_node(core):
+    for name in ('answer_deadline_s', 'scan_at_start', 'stop_when_confident'):
+        printed = ends_with_message(core, 'view_capture', f'_{name}:=1')
+        assert name in printed and 'parameter of scan_server now' in printed
+        core.output('rosparam', 'delete', '/view_capture')
 
 
 def test_missing_address_is_named(core):

@@ -23,7 +23,7 @@ def messages_heard(topic):
 
 def test_a_lost_link_is_dialled_again(start):
     publisher = BrokenPublisher('/points', PointCloud2)
-    start('view_capture', _use_tf='false')
+    start('view_capture', _use_tf='false', _mode='passive')
     wait_until(lambda: publisher.dialled == 1, 10, 'first link')
     publisher.send_message(PointCloud2())
     publisher.cut()
@@ -48,6 +48,7 @@ def test_a_call_ends_by_its_deadline(start, core):
     MuteService('/rotate_wrist')
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -56,6 +57,7 @@ def test_a_call_ends_by_its_deadline(start, core):
 
 def test_a_scan_that_nobody_listens_to_is_not_begun(start):
     start('view_capture', _use_tf='false')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(10, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -65,6 +67,7 @@ def test_a_scan_that_nobody_listens_to_is_not_begun(start):
 def test_an_absent_service_is_named(start):
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
+    start('scan_server')
     rospy.wait_for_service('scan_object', 10)
     from deformable_cobot.srv import ScanObject
     response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
@@ -140,7 +143,7 @@ def test_a_node_starts_again_on_the_parameters_it_wrote_back(start, core):
     first.process.kill()
     first.wait(5)
     second = start('view_capture')
-    rospy.wait_for_service('scan_object', 10)
+    rospy.wait_for_service('capture_views', 10)
     assert second.running()
     assert core.output('rosparam', 'get', '/view_capture/view_count').strip() == '3'
 

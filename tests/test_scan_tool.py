@@ -1,6 +1,7 @@
 """The program `scan`, as typed into a terminal."""
 
 import json
+import os
 import signal
 
 import pytest
@@ -90,4 +91,83 @@ def test_what_is_wrong_is_said(core, executable):
     assert wrong.wait(20) == 2
     assert "invalid value 'many'" in wrong.printed()
     assert alone.wait(30) == 1
-    assert 'is view_capture running?' in alone.printed()
+    assert 'is scan_server running?' in alone.printed()
+
+
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize('views, code', [(1, 0), (65, 1)], ids=['answered', 'refused'])
+def test_it_never_hangs(sim, executable, views, code):
+    """Also where others listen to goals, as `rosbag record -a` does. DEFORMABLE_COBOT_SCANS says how often."""
+    listener = Listener('scan_object/goal')
+    for _ in range(int(os.environ.get('DEFORMABLE_COBOT_SCANS', '5'))):
+        scan = sim.core.run(executable('scan'), '--views', views)
+        assert scan.wait(30) == code, scan.printed()
+    listener.close()
+
+
+class ForgetfulServer:
+    """A server of the action that loses the first goal, the first result and the first cancellation."""
+
+    def __init__(self):
+        import rospy
+        from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
+        from deformable_cobot.msg import ScanObjectActionFeedback, ScanObjectActionGoal, ScanObjectActionResult
+        self.status = GoalStatus()
+        self.goals, self.cancels, self.is_done = [], [], False
+        self.lost_results = 1
+        self.statuses = rospy.Publisher('scan_object/status', GoalStatusArray, queue_size=1)
+        self.feedback = rospy.Publisher('scan_object/feedback', ScanObjectActionFeedback, queue_size=1)
+        self.results = rospy.Publisher('scan_object/result', ScanObjectActionResult, queue_size=1)
+        self.links = [rospy.Subscriber('scan_object/goal', ScanObjectActionGoal, self._take),
+                      rospy.Subscriber('scan_object/cancel', GoalID, self._cancel)]
+        self.timer = rospy.Timer(rospy.Duration(0.1), self._tell)
+
+    def _tell(self, _event):
+        from actionlib_msgs.msg import GoalStatusArray
+        self.statuses.publish(GoalStatusArray(status_list=[self.status] if self.status.goal_id.id else []))
+
+    def _take(self, goal):
+        self.goals.append(goal)
+        if len(self.goals) == 2:
+            self.status.goal_id, self.status.status = goal.goal_id, self.status.ACTIVE
+        elif self.is_done:
+            self._answer()
+
+    def _cancel(self, goal_id):
+        self.cancels.append(goal_id)
+        if len(self.cancels) == 2:
+            self.end(self.status.PREEMPTED)
+
+    def end(self, status):
+        """The goal has ended; the first result is lost."""
+        self.status.status, self.is_done = status, True
+
+    def _answer(self):
+        from deformable_cobot.msg import ScanObjectActionResult
+        result = ScanObjectActionResult(status=self.status)
+        result.result.classification.label, result.result.classification.known = 'medium-can', True
+        self.results.publish(result)
+
+
+@pytest.fixture
+def forgetful(core):
+    import rospy
+    rospy.init_node('client', anonymous=True, disable_signals=True)
+    return ForgetfulServer()
+
+
+def test_what_is_lost_on_the_way_is_sent_again(forgetful, core, executable):
+    scan = core.run(executable('scan'))
+    wait_until(lambda: len(forgetful.goals) == 2, 20, 'the goal again')
+    forgetful.end(forgetful.status.SUCCEEDED)
+    assert scan.wait(10) == 0, scan.printed()
+    assert 'medium-can' in scan.printed()
+    assert len({goal.goal_id.id for goal in forgetful.goals}) == 1
+
+
+def test_a_lost_cancellation_is_sent_again(forgetful, core, executable):
+    scan = core.run(executable('scan'))
+    wait_until(lambda: len(forgetful.goals) == 2, 20, 'the goal again')
+    scan.process.send_signal(signal.SIGINT)
+    assert scan.wait(10) == 1, scan.printed()
+    assert len(forgetful.cancels) >= 2

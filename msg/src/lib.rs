@@ -11,6 +11,7 @@ pub mod service;
 pub mod stamp;
 pub mod timing;
 pub mod transform;
+pub mod view;
 
 pub use rosrust::{Duration, Message, Time};
 pub use rosrust_msg::{

@@ -34,6 +34,8 @@ macro_rules! services {
 services! {
     RotateWrist();
     ScanObject(Classification);
+    CaptureViews(View);
+    PlanViews();
     RegisterViews(View, RegisteredCloud);
     CropCloud(RegisteredCloud, ObjectCloud);
     ClassifyCloud(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, Classification);

@@ -9,6 +9,7 @@ from lab import ADDRESSES, ARM, GRIPPER, Lab, missing
 
 # Shorter than the defaults, so that errors come soon.
 DEADLINES_S = {'motion_deadline_s': 6.0, 'answer_deadline_s': 3.0}
+NODES = {'motion_deadline_s': 'view_capture', 'answer_deadline_s': 'scan_server'}
 
 
 @pytest.fixture
@@ -42,8 +43,9 @@ def launch_robot(checkout, tmp_path):
     def run(lab):
         config = tmp_path / 'config'
         shutil.copytree(checkout / 'config', config)
-        with open(config / 'view_capture.yaml', 'a', encoding='utf-8') as file:
-            file.writelines(f'{name}: {value}\n' for name, value in DEADLINES_S.items())
+        for name, value in DEADLINES_S.items():
+            with open(config / f'{NODES[name]}.yaml', 'a', encoding='utf-8') as file:
+                file.write(f'{name}: {value}\n')
         lab.camera = lab.launch('sim_camera.launch')
         graph = Graph(lab, 'robot.launch', arm=ADDRESSES[ARM], gripper=ADDRESSES[GRIPPER], config=config)
         graph.wait_for_service('scan_object', timeout_s=60)

@@ -220,7 +220,7 @@ impl Node {
         names::own().into()
     }
 
-    /// A topic's name with its namespace, as it is remapped; as it is given where it is none.
+    /// A topic's or service's name with its namespace, as it is remapped; as it is given where it is none.
     pub fn resolved(&self, name: &str) -> String {
         names::resolve(name).unwrap_or_else(|_| name.to_owned())
     }

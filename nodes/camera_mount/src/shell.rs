@@ -8,12 +8,12 @@ use anyhow::{Context, ensure};
 use camera_mount::calibration::{self, Calibration, View, calibrate};
 use camera_mount::{CameraMount, file};
 use msg::deformable_cobot::{
-    CalibrateCameraMount, CalibrateCameraMountReq, CalibrateCameraMountRes, ScanObject,
-    ScanObjectReq, View as ViewMessage,
+    CalibrateCameraMount, CalibrateCameraMountReq, CalibrateCameraMountRes, CaptureViews,
+    CaptureViewsReq, View as ViewMessage,
 };
 use msg::tf2_msgs::TFMessage;
 use nalgebra::{Isometry3, Vector6};
-use node::{Expect, Life, Node, Publisher, Server, Subscriber, Transforms};
+use node::{Life, Node, Publisher, Server, Transforms};
 
 /// How long TF has to know the frames of a view that is already there.
 const TRANSFORM_PATIENCE: Duration = Duration::from_secs(2);
@@ -21,7 +21,6 @@ const TRANSFORM_PATIENCE: Duration = Duration::from_secs(2);
 /// Offers the calibration, until dropped.
 pub struct Service {
     _server: Server,
-    _views: Subscriber,
 }
 
 struct Calibrator {
@@ -29,8 +28,6 @@ struct Calibrator {
     transforms: Transforms,
     fixed: Publisher<TFMessage>,
     mount: Mutex<CameraMount>,
-    /// Views of the scan under way; none between sweeps.
-    heard: Arc<Mutex<Option<Vec<ViewMessage>>>>,
     sweeps: tokio::sync::Mutex<Vec<Vec<Seen>>>,
 }
 
@@ -46,21 +43,11 @@ impl Service {
         mount: CameraMount,
         fixed: Publisher<TFMessage>,
     ) -> anyhow::Result<Self> {
-        let heard: Arc<Mutex<Option<Vec<ViewMessage>>>> = Arc::default();
-        let views = node.subscribe("views", Expect::EVENTS, {
-            let heard = Arc::clone(&heard);
-            move |view: ViewMessage| {
-                if let Some(views) = lock(&heard).as_mut() {
-                    views.push(view);
-                }
-            }
-        })?;
         let calibrator = Calibrator {
             node: node.clone(),
             transforms: node.transforms()?,
             fixed,
             mount: Mutex::new(mount),
-            heard,
             sweeps: tokio::sync::Mutex::default(),
         };
         let calibrator = Arc::new(calibrator);
@@ -69,10 +56,7 @@ impl Service {
                 let calibrator = Arc::clone(&calibrator);
                 async move { Ok(calibrator.answer(request, &life).await) }
             })?;
-        Ok(Self {
-            _server: server,
-            _views: views,
-        })
+        Ok(Self { _server: server })
     }
 }
 
@@ -140,7 +124,7 @@ impl Calibrator {
         })
     }
 
-    /// Has the object in hand scanned; gives what was seen, and camera_from_optical.
+    /// Has views taken of the object in hand; gives what was seen, and camera_from_optical.
     async fn sweep(
         &self,
         mount: &CameraMount,
@@ -151,26 +135,24 @@ impl Calibrator {
             0 => mount.calibration.view_count,
             asked => asked,
         };
-        *lock(&self.heard) = Some(Vec::new());
         let deadline = Duration::from_secs_f64(mount.calibration.deadline_s);
-        let scan = self
+        let request = CaptureViewsReq {
+            views,
+            ..Default::default()
+        };
+        let captured = self
             .node
-            .call::<ScanObject>("scan_object", ScanObjectReq { views }, deadline, life)
-            .await;
-        let heard = lock(&self.heard).take().unwrap_or_default();
-        let scan = scan?;
-        ensure!(scan.error.is_empty(), "scan_object: {}", scan.error);
+            .call::<CaptureViews>("capture_views", request, deadline, life)
+            .await?;
+        ensure!(
+            captured.error.is_empty(),
+            "view_capture: {}",
+            captured.error
+        );
         let mut sweep = Vec::new();
         let mut camera_from_optical = Isometry3::identity();
-        let mut next = 0;
-        for view in heard {
-            // What is latched comes again and again.
-            if view.scan_id != scan.result.scan_id || view.index != next || view.index >= view.count
-            {
-                continue;
-            }
-            next += 1;
-            let (seen, from_optical) = self.seen(mount, &view).await?;
+        for view in &captured.views {
+            let (seen, from_optical) = self.seen(mount, view).await?;
             sweep.push(seen);
             camera_from_optical = from_optical;
         }

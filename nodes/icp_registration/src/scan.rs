@@ -224,7 +224,7 @@ impl Progress {
             let scan = Scan::new(self.parameters.clone(), view.scan_id.clone(), view.count);
             // They were checked at the start.
             let scan = scan.inspect_err(|error| log::error!("{error}")).ok()?;
-            let from_the_middle = view.index > 0 && view.error.is_empty();
+            let from_the_middle = view.index > 0 && view.kind != View::FAILED;
             let first_seen = from_the_middle.then_some(view.index);
             self.current = Some(Current {
                 scan,
@@ -246,7 +246,7 @@ impl Progress {
 impl Current {
     fn on_view(&mut self, view: &View) -> Option<RegisteredCloud> {
         let next = self.next?;
-        if !view.error.is_empty() {
+        if view.kind == View::FAILED {
             self.scan.pass_on(view);
         } else if view.index < next || self.first_seen == Some(view.index) {
             return None;
@@ -256,7 +256,7 @@ impl Current {
                 "view {missing} of {} never came; was this node started late?",
                 view.count
             ));
-        } else if ends_early(view) {
+        } else if view.kind == View::END {
             self.scan.close();
         } else {
             self.scan.add(view);
@@ -264,11 +264,6 @@ impl Current {
         self.next = (!self.scan.is_complete()).then_some(next + 1);
         Some(self.scan.message())
     }
-}
-
-/// Whether this is no view, but says that none comes any more.
-fn ends_early(view: &View) -> bool {
-    view.index > 0 && view.index == view.count
 }
 
 #[cfg(test)]

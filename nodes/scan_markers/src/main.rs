@@ -17,33 +17,35 @@ fn main() -> ExitCode {
 
 async fn serve(node: Node) -> anyhow::Result<()> {
     let parameters = node.parameters(Parameters::validate)?;
-    let easel = Arc::new(Easel {
+    let renderer = Arc::new(Renderer {
         scene: Mutex::new(Scene::new(parameters, node.transforms()?)),
         clouds: node.publish("scan_markers/clouds", 4, Latch::Yes)?,
         words: node.publish("scan_markers/words", 4, Latch::Yes)?,
     });
     let _links: [Subscriber; 4] = [
         node.subscribe("progress", Expect::STATE, {
-            let easel = Arc::clone(&easel);
+            let renderer = Arc::clone(&renderer);
             move |report: ScanObjectFeedback| {
-                easel.change(|scene| {
+                renderer.change(|scene| {
                     scene.on_progress(&report);
                     Ok(())
                 });
             }
         })?,
         node.subscribe("views", Expect::EVENTS, {
-            let easel = Arc::clone(&easel);
-            move |view: View| easel.change(|scene| scene.on_view(&view))
+            let renderer = Arc::clone(&renderer);
+            move |view: View| renderer.change(|scene| scene.on_view(&view))
         })?,
         node.subscribe("registered", Expect::EVENTS, {
-            let easel = Arc::clone(&easel);
-            move |registered: RegisteredCloud| easel.change(|scene| scene.on_registered(registered))
+            let renderer = Arc::clone(&renderer);
+            move |registered: RegisteredCloud| {
+                renderer.change(|scene| scene.on_registered(registered))
+            }
         })?,
         node.subscribe("classification", Expect::EVENTS, {
-            let easel = Arc::clone(&easel);
+            let renderer = Arc::clone(&renderer);
             move |answer: Classification| {
-                easel.change(|scene| {
+                renderer.change(|scene| {
                     scene.on_answer(&answer);
                     Ok(())
                 });
@@ -55,13 +57,13 @@ async fn serve(node: Node) -> anyhow::Result<()> {
 }
 
 /// The scene, and where it is shown.
-struct Easel {
+struct Renderer {
     scene: Mutex<Scene>,
     clouds: Publisher<MarkerArray>,
     words: Publisher<MarkerArray>,
 }
 
-impl Easel {
+impl Renderer {
     fn change(&self, draw: impl FnOnce(&mut Scene) -> anyhow::Result<()>) {
         let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = draw(&mut scene) {

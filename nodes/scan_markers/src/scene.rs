@@ -30,7 +30,7 @@ pub struct Scene {
     /// Known from the first view on.
     layout: Option<Layout>,
     /// The newest view by scan and index: latched ones are said again each second, also while the next scan begins.
-    newest_view: (String, u32),
+    newest_view: (String, u8, u32),
     /// May come before the view that it is made of.
     registered: Option<RegisteredCloud>,
     /// Where the answer is written: over the hand, or where that is not known, over the registered cloud.
@@ -85,12 +85,12 @@ impl Scene {
 
     /// A view in its own colour.
     pub fn on_view(&mut self, view: &View) -> anyhow::Result<()> {
-        let newest = (view.scan_id.clone(), view.index);
+        let newest = (view.scan_id.clone(), view.kind, view.index);
         if std::mem::replace(&mut self.newest_view, newest.clone()) == newest {
             return Ok(());
         }
         self.begin(&view.scan_id);
-        if view.index >= view.count || !view.error.is_empty() {
+        if view.kind != View::VIEW {
             return Ok(());
         }
         if self.layout.is_none() {

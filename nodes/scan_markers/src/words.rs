@@ -31,7 +31,7 @@ pub fn answer_words(label: &str, probability: f64, known: bool) -> Words {
 pub fn progress_words(state: &str, view: u32, count: u32) -> Option<Words> {
     let text = match state {
         "turning" | "looking" => format!("view {view} of {count}: {state}"),
-        "thinking" => format!("{count} views: thinking"),
+        "classifying" => format!("{count} views: classifying"),
         _ => return None,
     };
     Some(Words {
@@ -60,7 +60,10 @@ mod tests {
     fn a_scan_that_has_ended_says_nothing() {
         let words = |state| progress_words(state, 2, 3).map(|words| words.text);
         assert_eq!(words("turning").as_deref(), Some("view 2 of 3: turning"));
-        assert_eq!(words("thinking").as_deref(), Some("3 views: thinking"));
+        assert_eq!(
+            words("classifying").as_deref(),
+            Some("3 views: classifying")
+        );
         assert_eq!(words("done"), None);
         assert_eq!(words(""), None);
     }

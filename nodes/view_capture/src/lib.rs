@@ -1,17 +1,17 @@
-//! Which views make a scan, and when one may be taken.
+//! Which wrist angles views are taken at, and when one may be taken.
 //!
-//! In active mode [`plan`] gives the wrist angles to ask for; in passive mode [`Sweep`] watches the wrist and the clouds and
-//! finds the views in what somebody else makes the robot do (paper, Sec. VI-C 2). [`Goals`] are those of the action that
-//! asks for scans.
+//! In active mode [`plan`] gives the wrist angles to ask for. In passive mode [`Rests`] and [`Sweep`] watch the wrist and
+//! the clouds and find the views in what somebody else makes the robot do (paper, Sec. VI-C 2).
 
-mod goals;
+mod moved;
 mod parameters;
 mod plan;
 mod pose_check;
+mod rests;
 mod sweep;
 
-pub use goals::{GoalId, GoalState, Goals, Outcome, Status};
 pub use parameters::{Mode, Parameters};
-pub use plan::{PlanError, plan};
+pub use plan::{PlanError, check, plan};
 pub use pose_check::{ImagePlane, PoseError, PoseRules};
-pub use sweep::{Sweep, SweepRules, Taken};
+pub use rests::{RestRules, RestView, Rests};
+pub use sweep::{ScanView, Sweep, SweepRules};

@@ -1,6 +1,8 @@
 //! Parameters of the node.
 
+use crate::moved::MovedToScanServer;
 use crate::pose_check::PoseRules;
+use crate::rests::RestRules;
 use crate::sweep::SweepRules;
 use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side};
 use parameter::{DEPTH_RANGE_M, ParameterError, Tunable, in_range, tunables};
@@ -55,8 +57,6 @@ pub struct Parameters {
     pub frame_deadline_s: f64,
     /// Time for TF to reach the stamp of a cloud, s.
     pub transform_deadline_s: f64,
-    /// Time for the answer after the last view, s.
-    pub answer_deadline_s: f64,
     /// Offset of another computer's clock from which on diagnostics warn, s.
     pub clock_offset_warn_s: f64,
     /// Offset of another computer's clock from which on no view is taken, s (active mode).
@@ -67,10 +67,12 @@ pub struct Parameters {
     pub rest_dwell_s: f64,
     /// Least turn from one view to the next, rad (passive mode).
     pub separation_rad: f64,
-    /// Whether one scan is made as soon as clouds arrive (active mode).
-    pub scan_at_start: bool,
-    /// The probability from which on a known object ends the scan before all its views are taken; 0: never (active mode).
-    pub stop_when_confident: f64,
+    #[serde(skip_serializing)]
+    pub(crate) answer_deadline_s: MovedToScanServer,
+    #[serde(skip_serializing)]
+    pub(crate) scan_at_start: MovedToScanServer,
+    #[serde(skip_serializing)]
+    pub(crate) stop_when_confident: MovedToScanServer,
 }
 
 impl Default for Parameters {
@@ -93,14 +95,14 @@ impl Default for Parameters {
             motion_deadline_s: 15.0,
             frame_deadline_s: 2.0,
             transform_deadline_s: 1.0,
-            answer_deadline_s: 5.0,
             clock_offset_warn_s: 0.02,
             clock_offset_max_s: 0.1,
             rest_velocity_rad_s: REST_VELOCITY_RAD_S,
             rest_dwell_s: REST_DWELL_S,
             separation_rad: 0.1,
-            scan_at_start: false,
-            stop_when_confident: 0.0,
+            answer_deadline_s: MovedToScanServer,
+            scan_at_start: MovedToScanServer,
+            stop_when_confident: MovedToScanServer,
         }
     }
 }
@@ -140,7 +142,6 @@ impl Parameters {
             ("motion_deadline_s", self.motion_deadline_s),
             ("frame_deadline_s", self.frame_deadline_s),
             ("transform_deadline_s", self.transform_deadline_s),
-            ("answer_deadline_s", self.answer_deadline_s),
         ] {
             in_range(name, value, 0.01..=600.0, "s")?;
         }
@@ -157,13 +158,7 @@ impl Parameters {
             "rad/s",
         )?;
         in_range("rest_dwell_s", self.rest_dwell_s, 0.01..=10.0, "s")?;
-        in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")?;
-        in_range(
-            "stop_when_confident",
-            self.stop_when_confident,
-            0.0..=1.0,
-            "",
-        )
+        in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")
     }
 
     /// Angle of this side's wrist in the middle of the views, rad.
@@ -172,16 +167,6 @@ impl Parameters {
             Side::Left => self.centre_angle_rad,
             Side::Right => -self.centre_angle_rad,
         }
-    }
-
-    /// Whether a scan may end before all its views are taken.
-    pub fn may_end_early(&self) -> bool {
-        self.stop_when_confident > 0.0
-    }
-
-    /// Whether an answer of this probability ends a scan.
-    pub fn is_sure(&self, probability: f64) -> bool {
-        self.may_end_early() && probability >= self.stop_when_confident
     }
 
     /// Where the hand must be before a scan.
@@ -194,12 +179,19 @@ impl Parameters {
         }
     }
 
-    /// The rules for passive mode.
+    /// What counts as a rest in passive mode.
+    pub fn rest_rules(&self) -> RestRules {
+        RestRules {
+            rest_velocity_rad_s: self.rest_velocity_rad_s,
+            dwell: Duration::from_secs_f64(self.rest_dwell_s),
+            separation_rad: self.separation_rad,
+        }
+    }
+
+    /// What makes a scan in passive mode.
     pub fn sweep_rules(&self) -> SweepRules {
         SweepRules {
             view_count: self.view_count as usize,
-            rest_velocity_rad_s: self.rest_velocity_rad_s,
-            dwell: Duration::from_secs_f64(self.rest_dwell_s),
             separation_rad: self.separation_rad,
         }
     }
@@ -222,16 +214,22 @@ mod tests {
         assert_eq!(bad(|p| p.view_step_rad = f64::NAN), Some("view_step_rad"));
         assert_eq!(bad(|p| p.frame_deadline_s = -1.0), Some("frame_deadline_s"));
         assert_eq!(bad(|p| p.angle_max_rad = -4.0), Some("angle_max_rad"));
-        let percent = bad(|p| p.stop_when_confident = 95.0);
-        assert_eq!(percent, Some("stop_when_confident"));
     }
 
     #[test]
-    fn nothing_ends_a_scan_early_unless_asked_for() {
-        let mut parameters = Parameters::default();
-        assert!(!parameters.may_end_early() && !parameters.is_sure(1.0));
-        parameters.stop_when_confident = 0.9;
-        assert!(parameters.is_sure(0.9) && !parameters.is_sure(0.89));
-        assert!(!parameters.is_sure(f64::NAN));
+    fn what_moved_to_another_node_is_named() {
+        for key in ["answer_deadline_s", "scan_at_start", "stop_when_confident"] {
+            let read: Result<Parameters, _> = serde_yaml::from_str(&format!("{key}: 1"));
+            let error = read
+                .err()
+                .map(|error| error.to_string())
+                .unwrap_or_default();
+            assert!(
+                error.contains(key) && error.contains("scan_server"),
+                "{error}"
+            );
+        }
+        let written = serde_yaml::to_string(&Parameters::default()).unwrap_or_default();
+        assert!(written.contains("view_count") && !written.contains("scan_at_start"));
     }
 }

@@ -10,47 +10,86 @@ pub enum PlanError {
     #[error("{asked} views were asked for; a scan has 1 to {most}")]
     TooMany {
         /// Views asked for.
-        asked: u32,
+        asked: usize,
         /// Views possible.
-        most: u32,
+        most: usize,
+    },
+    /// An angle that the wrist must not have.
+    #[error(
+        "an angle of {angle_rad} rad was asked for; the wrist may go from {min_rad} to {max_rad} rad"
+    )]
+    OutOfRange {
+        /// Angle asked for, rad.
+        angle_rad: f64,
+        /// Smallest angle, rad.
+        min_rad: f64,
+        /// Largest angle, rad.
+        max_rad: f64,
     },
 }
 
 /// Views of one scan at most: beyond it they lie closer than the wrist's accuracy is worth.
-const VIEWS_MAX: u32 = 64;
+const VIEWS_MAX: usize = 64;
 
 /// Wrist angles in rad for `views` views (0: as configured), evenly spaced about the centre, each within the joint's
 /// range. The step shrinks where the range is too small for it.
+///
+/// # Errors
+/// More views than a scan may have.
 pub fn plan(parameters: &Parameters, views: u32) -> Result<Vec<f64>, PlanError> {
     let count = if views == 0 {
         parameters.view_count
     } else {
         views
     };
-    if count > VIEWS_MAX {
-        return Err(PlanError::TooMany {
-            asked: count,
-            most: VIEWS_MAX,
-        });
-    }
+    check_count(count as usize)?;
+    let (min_rad, max_rad) = (parameters.angle_min_rad, parameters.angle_max_rad);
     let intervals = f64::from(count - 1);
-    let range_rad = parameters.angle_max_rad - parameters.angle_min_rad;
-    let span_rad = (intervals * parameters.view_step_rad).min(range_rad);
+    let span_rad = (intervals * parameters.view_step_rad).min(max_rad - min_rad);
     let step_rad = if count > 1 { span_rad / intervals } else { 0.0 };
-    // Off-centre scans are moved into the range rather than cut.
-    let first_rad = (parameters.middle_rad() - span_rad / 2.0).clamp(
-        parameters.angle_min_rad,
-        parameters.angle_max_rad - span_rad,
-    );
+    let first_rad = parameters.middle_rad() - span_rad / 2.0;
+    // Off-centre scans are moved into the range rather than cut. Not by `clamp`, which panics where rounding puts the
+    // last start below the first, as where the span is the whole range.
+    let first_rad = first_rad.min(max_rad - span_rad).max(min_rad);
     Ok((0..count)
-        .map(|i| first_rad + f64::from(i) * step_rad)
+        .map(|i| (first_rad + f64::from(i) * step_rad).min(max_rad))
         .collect())
+}
+
+/// Looks over wrist angles that somebody asks for, rad.
+///
+/// # Errors
+/// The first that is outside the joint's range or not a number; more than a scan may have.
+pub fn check(parameters: &Parameters, angles_rad: &[f64]) -> Result<(), PlanError> {
+    check_count(angles_rad.len())?;
+    let (min_rad, max_rad) = (parameters.angle_min_rad, parameters.angle_max_rad);
+    match angles_rad
+        .iter()
+        .find(|angle_rad| !(min_rad..=max_rad).contains(*angle_rad))
+    {
+        None => Ok(()),
+        Some(&angle_rad) => Err(PlanError::OutOfRange {
+            angle_rad,
+            min_rad,
+            max_rad,
+        }),
+    }
+}
+
+fn check_count(asked: usize) -> Result<(), PlanError> {
+    let most = VIEWS_MAX;
+    if asked <= most {
+        Ok(())
+    } else {
+        Err(PlanError::TooMany { asked, most })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use rand::{RngExt, SeedableRng};
 
     fn close(angles: &[f64], expected: &[f64]) -> bool {
         angles.len() == expected.len()
@@ -91,5 +130,46 @@ mod tests {
             ..Default::default()
         };
         assert!(close(&plan(&parameters, 3).unwrap(), &[1.8, 2.4, 3.0]));
+    }
+
+    #[test]
+    fn a_range_that_is_used_up_is_no_panic() {
+        let seed = rand::random();
+        println!("seed {seed}");
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+        let exact = Parameters {
+            centre_angle_rad: -0.6,
+            angle_min_rad: -1.7,
+            angle_max_rad: 0.4,
+            ..Default::default()
+        };
+        assert_eq!(plan(&exact, 5).unwrap().len(), 5);
+        for _ in 0..10_000 {
+            let (one, other) = (
+                random.random_range(-7.0..7.0),
+                random.random_range(-7.0..7.0),
+            );
+            let (min_rad, max_rad) = (f64::min(one, other), f64::max(one, other));
+            let parameters = Parameters {
+                angle_min_rad: min_rad,
+                angle_max_rad: max_rad,
+                centre_angle_rad: random.random_range(min_rad..=max_rad),
+                view_step_rad: (max_rad - min_rad).max(0.01) / f64::from(random.random_range(1..9)),
+                ..Default::default()
+            };
+            let angles = plan(&parameters, random.random_range(1..=64)).unwrap();
+            assert_eq!(check(&parameters, &angles), Ok(()), "{parameters:?}");
+        }
+    }
+
+    #[test]
+    fn angles_outside_the_range_are_named() {
+        let parameters = Parameters::default();
+        assert_eq!(check(&parameters, &[-3.0, 3.0]), Ok(()));
+        for bad in [3.1, f64::NAN, f64::NEG_INFINITY] {
+            let error = check(&parameters, &[0.0, bad]).unwrap_err().to_string();
+            assert!(error.contains(&format!("{bad} rad")), "{error}");
+        }
+        assert!(check(&parameters, &[0.0; 65]).is_err());
     }
 }

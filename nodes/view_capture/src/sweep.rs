@@ -1,153 +1,127 @@
-//! Finds the views of a scan in a motion that somebody else commands.
+//! Groups the views of a wrist that somebody else turns into scans.
 //!
 //! A scan is a run of rests in one direction with as many distinct angles as it has views. A rest that reverses the
-//! direction begins a new run at the turning point. Nothing is handed out before the run is complete, so that a wrist
-//! that returns to its start does not begin a scan that never ends. All decisions rest on stamps: a recording played
-//! twice as fast gives the same views.
+//! direction begins a new run at the turning point. A run is handed out from its second view on, and then view by view:
+//! a wrist that returns to its start does not begin a scan that never ends.
 
-use std::collections::VecDeque;
-use std::time::Duration;
+use crate::rests::RestView;
 
-use baxter::{Arrival, JointSample};
-
-/// Clouds that are kept until the joint states of their time have come: 0.13 s at 30 Hz.
-const CLOUDS_KEPT: usize = 4;
-
-/// When a view counts.
+/// What makes a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepRules {
     /// Views of a scan.
     pub view_count: usize,
-    /// Speed of the wrist that still counts as rest, rad/s.
-    pub rest_velocity_rad_s: f64,
-    /// Shortest rest of which a view is taken.
-    pub dwell: Duration,
     /// Least angle between views, rad.
     pub separation_rad: f64,
 }
 
-/// A view: what was seen at rest.
+/// A view with its place in a scan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Taken<C> {
-    /// Wrist angle, rad.
-    pub angle_rad: f64,
-    /// The cloud.
-    pub cloud: C,
+pub struct ScanView<C> {
+    /// Number of the scan; another number while views of the one before are missing: that one was given up.
+    pub scan: u64,
+    /// Of the view in its scan, from 0.
+    pub index: usize,
+    /// Views that the scan will have.
+    pub count: usize,
+    /// The view.
+    pub view: RestView<C>,
 }
 
-/// Follows the wrist and the clouds.
+/// Follows the views of all rests.
 #[derive(Debug)]
 pub struct Sweep<C> {
     rules: SweepRules,
-    arrival: Arrival,
-    rest: Option<Rest>,
-    clouds: VecDeque<(Duration, C)>,
-    run: Vec<Taken<C>>,
-    /// Where the last scan ended, until the wrist leaves: a twitch there begins no other.
-    ended_rad: Option<f64>,
-}
-
-/// The last rest that was long enough, by the stamps of the joint states in it.
-#[derive(Debug, Clone, Copy)]
-struct Rest {
-    angle_rad: f64,
-    since: Duration,
-    until: Duration,
-    viewed: bool,
+    run: Vec<RestView<C>>,
+    /// How many views of the run were handed out.
+    handed_out: usize,
+    scan: u64,
 }
 
 impl<C: Clone> Sweep<C> {
     /// Starts with nothing seen.
     pub fn new(rules: SweepRules) -> Self {
         Self {
-            arrival: Arrival::anywhere(rules.rest_velocity_rad_s, rules.dwell),
             rules,
-            rest: None,
-            clouds: VecDeque::with_capacity(CLOUDS_KEPT),
             run: Vec::new(),
-            ended_rad: None,
+            handed_out: 0,
+            scan: 0,
         }
     }
 
-    /// Forgets everything, as after a jump in time.
+    /// Gives the run up, as after a jump in time.
     pub fn reset(&mut self) {
-        *self = Self::new(self.rules.clone());
+        self.restart_with(Vec::new());
     }
 
-    /// Follows other rules from now on, and forgets what was seen by the old ones.
-    pub fn obey(&mut self, rules: SweepRules) {
+    /// Follows other rules from now on, and gives the run up that was begun by the old ones.
+    pub fn set_rules(&mut self, rules: SweepRules) {
         if rules != self.rules {
-            *self = Self::new(rules);
+            self.rules = rules;
+            self.reset();
         }
     }
 
-    /// Notes a cloud with the stamp of its image; gives the views of a scan when this completes one.
-    pub fn on_cloud(&mut self, stamp: Duration, cloud: C) -> Option<Vec<Taken<C>>> {
-        if self.clouds.len() == CLOUDS_KEPT {
-            self.clouds.pop_front();
-        }
-        self.clouds.push_back((stamp, cloud));
-        self.look()
-    }
-
-    /// Notes the state of the wrist; gives the views of a scan when this completes one.
-    pub fn on_joint(&mut self, sample: JointSample) -> Option<Vec<Taken<C>>> {
-        let separation_rad = self.rules.separation_rad;
-        self.ended_rad = self
-            .ended_rad
-            .filter(|ended_rad| (sample.angle_rad - ended_rad).abs() < separation_rad);
-        let arrived = self.arrival.observe(sample)?;
-        match &mut self.rest {
-            Some(rest) if rest.since == arrived.at_rest => rest.until = sample.stamp,
-            other => {
-                *other = Some(Rest {
-                    angle_rad: arrived.angle_rad,
-                    since: arrived.at_rest,
-                    until: sample.stamp,
-                    viewed: self.ended_rad.is_some(),
-                });
-            }
-        }
-        self.look()
-    }
-
-    /// Takes the first cloud of the rest, unless it has been taken.
-    fn look(&mut self) -> Option<Vec<Taken<C>>> {
-        let rest = self.rest.as_mut().filter(|rest| !rest.viewed)?;
-        let lasted = rest.since..=rest.until;
-        let (_, cloud) = self
-            .clouds
-            .iter()
-            .find(|(stamp, _)| lasted.contains(stamp))?;
-        rest.viewed = true;
-        let view = Taken {
-            angle_rad: rest.angle_rad,
-            cloud: cloud.clone(),
-        };
-        self.add(view)
-    }
-
-    fn add(&mut self, view: Taken<C>) -> Option<Vec<Taken<C>>> {
-        if let Some(last) = self.run.last_mut() {
-            let turn_rad = view.angle_rad - last.angle_rad;
-            if turn_rad.abs() < self.rules.separation_rad {
-                // The same rest again after a twitch: the newer look counts.
+    /// Takes the view of a rest; gives those that can be handed out now: none, this one, or also the one before.
+    pub fn add(&mut self, view: RestView<C>) -> Vec<ScanView<C>> {
+        if self.is_same_place(&view) {
+            // A twitch. The newer look counts, unless the older was handed out or ended a scan.
+            if self.handed_out == 0
+                && let Some(last) = self.run.last_mut()
+            {
                 *last = view;
-                return None;
             }
-            let first_rad = self.run[0].angle_rad;
-            let last_rad = self.run[self.run.len() - 1].angle_rad;
-            if self.run.len() > 1 && (last_rad - first_rad) * turn_rad < 0.0 {
-                self.run.drain(..self.run.len() - 1);
-            }
+            return Vec::new();
+        }
+        if self.turns_back(&view) {
+            let turning_point = self.run.split_off(self.run.len() - 1);
+            self.restart_with(turning_point);
         }
         self.run.push(view);
-        if self.run.len() < self.rules.view_count {
-            return None;
+        self.hand_out()
+    }
+
+    fn is_same_place(&self, view: &RestView<C>) -> bool {
+        !view.moved
+            || self.run.last().is_some_and(|last| {
+                (view.angle_rad - last.angle_rad).abs() < self.rules.separation_rad
+            })
+    }
+
+    fn turns_back(&self, view: &RestView<C>) -> bool {
+        match &self.run[..] {
+            [first, .., last] => {
+                (last.angle_rad - first.angle_rad) * (view.angle_rad - last.angle_rad) < 0.0
+            }
+            _ => false,
         }
-        // The last angle may be where the next run turns, but its cloud is of this scan.
-        self.ended_rad = Some(self.run[self.run.len() - 1].angle_rad);
-        Some(std::mem::take(&mut self.run))
+    }
+
+    fn hand_out(&mut self) -> Vec<ScanView<C>> {
+        let count = self.rules.view_count;
+        if self.run.len() < count.min(2) {
+            return Vec::new();
+        }
+        let fresh = self.run.iter().enumerate().skip(self.handed_out);
+        let views = fresh
+            .map(|(index, view)| ScanView {
+                scan: self.scan,
+                index,
+                count,
+                view: view.clone(),
+            })
+            .collect();
+        self.handed_out = self.run.len();
+        if self.run.len() >= count {
+            self.reset();
+        }
+        views
+    }
+
+    fn restart_with(&mut self, run: Vec<RestView<C>>) {
+        self.run = run;
+        self.handed_out = 0;
+        self.scan += 1;
     }
 }
 

@@ -209,7 +209,9 @@ impl Folder {
         if self.record().exists() || !self.root.exists() {
             return Ok(());
         }
-        let ours = |name: &str| name == JOURNAL || name == SHARD || name.starts_with(UNFINISHED);
+        let ours = |name: &str| {
+            name == JOURNAL || name == SHARD || name.starts_with(whole_file::UNFINISHED)
+        };
         match list(&self.root)?.into_iter().find(|(name, _)| !ours(name)) {
             None => Ok(()),
             Some((found, _)) => Err(DatasetError::Foreign {

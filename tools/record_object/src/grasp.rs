@@ -37,7 +37,7 @@ impl Grasp {
         ensure!(!scan.object.empty, "the hand is empty");
         ensure!(
             scan.registered.view_count == views_asked,
-            "the scan ended after {} of {views_asked} views; set stop_when_confident of view_capture to 0",
+            "the scan ended after {} of {views_asked} views; set stop_when_confident of scan_server to 0",
             scan.registered.view_count
         );
         let angles = views.iter().map(|view| view.wrist_angle);

@@ -1,26 +1,24 @@
 //! The client's side of the action `scan_object`.
 
 use crate::bar::Bar;
+use crate::goal::{Goal, Send};
 use anyhow::{Result, bail, ensure};
 use msg::actionlib_msgs::{GoalID, GoalStatus, GoalStatusArray};
 use msg::deformable_cobot::{
     Classification, ScanObjectActionFeedback, ScanObjectActionGoal, ScanObjectActionResult,
-    ScanObjectFeedback, ScanObjectGoal,
+    ScanObjectGoal,
 };
 use node::{Expect, Latch, Node, Publisher, Subscriber};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
 /// How long the server may take to be found.
 const SERVER_PATIENCE: Duration = Duration::from_secs(10);
-/// Statuses come five times a second; a server that is silent for so long is gone.
-const SILENCE_MAX: Duration = Duration::from_secs(5);
-/// How often the silence is looked at.
-const SILENCE_PERIOD: Duration = Duration::from_millis(500);
-/// How long a cancelled goal may take to end: the arm comes to rest first.
-const CANCEL_PATIENCE: Duration = Duration::from_secs(20);
+/// How often is looked whether something is to be sent again.
+const TICK: Duration = Duration::from_millis(100);
 
 enum Event {
+    Status(GoalStatusArray),
     Feedback(Box<ScanObjectActionFeedback>),
     Result(Box<ScanObjectActionResult>),
 }
@@ -28,137 +26,118 @@ enum Event {
 /// A connection to the server, for one goal after the other.
 pub struct Client {
     node: Node,
-    /// Of the newest goal; the others begin with the node's name, too, which is its own.
-    id: GoalID,
     goal_count: usize,
     goal: Publisher<ScanObjectActionGoal>,
     cancel: Publisher<GoalID>,
-    status: Subscriber,
     events: mpsc::UnboundedReceiver<Event>,
-    _links: [Subscriber; 2],
+    links: [Subscriber; 3],
 }
 
 impl Client {
-    /// Connects to the server, so that nothing of what it says later is lost.
+    /// Connects to the server.
+    ///
+    /// # Errors
+    /// There is none, or the program is asked to end.
     pub async fn connect(node: &Node) -> Result<Self> {
         let (sender, events) = mpsc::unbounded_channel();
-        let feedback = node.subscribe("scan_object/feedback", Expect::COMMANDS, {
-            let sender = sender.clone();
-            move |message: ScanObjectActionFeedback| {
-                let _ = sender.send(Event::Feedback(Box::new(message)));
-            }
-        })?;
-        let result = node.subscribe("scan_object/result", Expect::COMMANDS, {
-            move |message: ScanObjectActionResult| {
-                let _ = sender.send(Event::Result(Box::new(message)));
-            }
-        })?;
-        let status =
-            node.subscribe("scan_object/status", Expect::STATE, |_: GoalStatusArray| {})?;
-        let client = Self {
+        let on_status = hand_on(sender.clone(), Event::Status);
+        let on_feedback = hand_on(sender.clone(), |message| Event::Feedback(Box::new(message)));
+        let on_result = hand_on(sender, |message| Event::Result(Box::new(message)));
+        let mut client = Self {
             node: node.clone(),
-            id: GoalID::default(),
             goal_count: 0,
             goal: node.publish("scan_object/goal", 1, Latch::No)?,
             cancel: node.publish("scan_object/cancel", 1, Latch::No)?,
-            status,
             events,
-            _links: [feedback, result],
+            links: [
+                node.subscribe("scan_object/status", Expect::STATE, on_status)?,
+                node.subscribe("scan_object/feedback", Expect::COMMANDS, on_feedback)?,
+                node.subscribe("scan_object/result", Expect::COMMANDS, on_result)?,
+            ],
         };
-        let found = tokio::time::timeout(SERVER_PATIENCE, client.until_connected()).await;
+        let found = tokio::select! {
+            () = node.until_shutdown() => bail!("stopped before the scan began"),
+            found = tokio::time::timeout(SERVER_PATIENCE, client.until_connected()) => found,
+        };
         ensure!(
             found.is_ok(),
-            "nobody offers the action scan_object (waited {SERVER_PATIENCE:.0?}); is view_capture running?"
+            "nobody offers the action scan_object (waited {SERVER_PATIENCE:.0?}); is scan_server running?"
         );
         Ok(client)
     }
 
-    async fn until_connected(&self) {
+    /// Any node may subscribe or publish, so that this saves sending again, but assures of nothing.
+    async fn until_connected(&mut self) {
         self.goal.until_subscribed(SERVER_PATIENCE).await;
         self.cancel.until_subscribed(SERVER_PATIENCE).await;
-        for link in &self._links {
+        for link in &self.links {
             link.until_connected(SERVER_PATIENCE).await;
         }
-        while self.status.age().is_none() {
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
+        while !matches!(self.events.recv().await, Some(Event::Status(_))) {}
     }
 
     /// Scans with so many views (0: as configured), shown on the bar. Where the program is asked to end, it asks the
     /// server to end the scan, and returns when the arm is still.
+    ///
+    /// # Errors
+    /// Why there is no answer.
     pub async fn scan(&mut self, views: u32, bar: &Bar) -> Result<Classification> {
-        self.send(views);
+        let message = self.next_goal(views);
+        let id = message.goal_id.id.clone();
+        let mut goal = Goal::new(&id, Instant::now());
+        let mut ticker = tokio::time::interval(TICK);
         let node = self.node.clone();
-        tokio::select! {
-            end = self.follow(|report| bar.show(report)) => end,
-            () = node.until_shutdown() => {
-                bar.say("stopping the arm");
-                self.cancel();
-                self.end_of_cancelled().await
+        loop {
+            match goal.due(Instant::now())? {
+                Some(Send::Goal) => self.goal.send(message.clone()),
+                Some(Send::Cancel) => self.cancel.send(GoalID {
+                    id: id.clone(),
+                    ..Default::default()
+                }),
+                None => {}
+            }
+            let event = tokio::select! {
+                event = self.events.recv() => event,
+                _ = ticker.tick() => continue,
+                () = node.until_shutdown(), if !goal.is_cancelled() => {
+                    bar.say("stopping the arm");
+                    goal.cancel(Instant::now());
+                    continue;
+                }
+            };
+            match event {
+                Some(Event::Status(statuses)) => goal.on_status(&statuses, Instant::now()),
+                Some(Event::Feedback(message)) if message.status.goal_id.id == id => {
+                    if !goal.is_cancelled() {
+                        bar.show(&message.feedback);
+                    }
+                }
+                Some(Event::Result(message)) if message.status.goal_id.id == id => {
+                    return answer(*message);
+                }
+                Some(_) => {}
+                None => bail!("the links are closed"),
             }
         }
     }
 
-    fn send(&mut self, views: u32) {
+    fn next_goal(&mut self, views: u32) -> ScanObjectActionGoal {
         self.goal_count += 1;
-        self.id = GoalID {
-            stamp: self.node.clock().now(),
-            id: format!("{}-{}", self.node.name(), self.goal_count),
-        };
         let mut message = ScanObjectActionGoal {
-            goal_id: self.id.clone(),
             goal: ScanObjectGoal { views },
             ..Default::default()
         };
-        message.header.stamp = self.id.stamp;
-        self.goal.send(message);
+        message.goal_id.id = format!("{}-{}", self.node.name(), self.goal_count);
+        message.goal_id.stamp = self.node.clock().now();
+        message.header.stamp = message.goal_id.stamp;
+        message
     }
+}
 
-    fn cancel(&self) {
-        self.cancel.send(GoalID {
-            stamp: msg::Time::default(),
-            id: self.id.id.clone(),
-        });
-    }
-
-    /// The answer; an error where the goal ended without. Calls `show` with each report until then.
-    async fn follow(&mut self, show: impl Fn(&ScanObjectFeedback)) -> Result<Classification> {
-        loop {
-            match tokio::time::timeout(SILENCE_PERIOD, self.events.recv()).await {
-                Ok(Some(Event::Feedback(message))) if self.is_mine(&message.status) => {
-                    show(&message.feedback);
-                }
-                Ok(Some(Event::Result(message))) if self.is_mine(&message.status) => {
-                    return answer(*message);
-                }
-                Ok(Some(_)) => self.check_server()?,
-                Ok(None) => bail!("the links are closed"),
-                Err(_) => self.check_server()?,
-            }
-        }
-    }
-
-    /// Waits for the end of a goal that was cancelled; it may have had its answer before.
-    async fn end_of_cancelled(&mut self) -> Result<Classification> {
-        match tokio::time::timeout(CANCEL_PATIENCE, self.follow(|_| {})).await {
-            Ok(end) => end,
-            Err(_) => bail!(
-                "view_capture did not end the scan within {CANCEL_PATIENCE:.0?}; the arm may still move"
-            ),
-        }
-    }
-
-    fn check_server(&self) -> Result<()> {
-        let is_silent = self.status.age().is_none_or(|age| age > SILENCE_MAX);
-        ensure!(
-            !is_silent,
-            "view_capture has been silent for {SILENCE_MAX:.0?}; its message is on the console that it runs on"
-        );
-        Ok(())
-    }
-
-    fn is_mine(&self, status: &GoalStatus) -> bool {
-        status.goal_id.id == self.id.id
+fn hand_on<T>(sender: mpsc::UnboundedSender<Event>, wrap: impl Fn(T) -> Event) -> impl Fn(T) {
+    move |message| {
+        // Fails only while the program ends.
+        let _ = sender.send(wrap(message));
     }
 }
 
@@ -168,7 +147,7 @@ fn answer(message: ScanObjectActionResult) -> Result<Classification> {
     }
     let (error, text) = (message.result.error, message.status.text);
     match (&error[..], &text[..]) {
-        ("", "") => bail!("view_capture gave no reason"),
+        ("", "") => bail!("scan_server gave no reason"),
         ("", text) => bail!("{text}"),
         (error, text) if error.contains(text) => bail!("{error}"),
         (error, text) => bail!("{error}: {text}"),

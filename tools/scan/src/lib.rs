@@ -5,5 +5,6 @@ pub mod answer;
 pub mod bar;
 pub mod client;
 pub mod folder;
+pub mod goal;
 pub mod program;
 pub mod recording;

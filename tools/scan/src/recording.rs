@@ -44,8 +44,7 @@ impl Recording {
     pub async fn listen(node: &Node) -> Result<Self> {
         let heard = Arc::new(Heard::default());
         let on_view = on(&heard, |scans, view: View| {
-            // One without a cloud only says that the scan ends early.
-            if view.index < view.count && view.error.is_empty() {
+            if view.kind == View::VIEW {
                 of(scans, &view.scan_id).views.insert(view.index, view);
             }
         });

@@ -96,6 +96,7 @@ fn views_that_come_again_change_nothing() {
 
 fn end(scan_id: &str, views: u32) -> View {
     View {
+        kind: View::END,
         scan_id: scan_id.into(),
         index: views,
         count: views,
@@ -149,6 +150,7 @@ fn an_error_of_an_earlier_stage_is_passed_on_once() {
     let mut progress = progress();
     progress.on_view(view("a", 0)).unwrap();
     let failed = View {
+        kind: View::FAILED,
         error: "view_capture: no cloud came".into(),
         ..view("a", 1)
     };

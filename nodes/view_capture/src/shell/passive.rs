@@ -1,15 +1,15 @@
-//! Scans found in what somebody else makes the robot do.
+//! Scans found in what somebody else makes the robot do. Views are published as they come.
 
-use super::output::{Output, Place, Pose, Shot, new_scan_id};
-use baxter::JointSample;
+use super::clouds::Shot;
+use super::view::{timing, view_of};
+use msg::deformable_cobot::View;
 use msg::sensor_msgs::{JointState, PointCloud2};
+use msg::view::{failed, new_scan_id};
 use msg::{robot, stamp};
-use node::{Expect, Node, Transforms, Tuned};
-use std::sync::{Arc, Mutex, PoisonError};
+use node::{Clock, Expect, Latch, Node, Publisher, Transforms, Tuned};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
-use view_capture::{Parameters, Sweep, Taken};
-
-type Views = Vec<Taken<Arc<Shot>>>;
+use view_capture::{Parameters, RestView, Rests, ScanView, Sweep};
 
 /// Joint states kept while a cloud is looked at: in passive mode each counts, not only the newest.
 const JOINT_STATES: Expect = Expect {
@@ -17,85 +17,173 @@ const JOINT_STATES: Expect = Expect {
     ..Expect::STATE
 };
 
+enum Event {
+    Rested(RestView<Arc<Shot>>),
+    /// ROS time was set.
+    Jumped,
+}
+
 /// Watches until shutdown.
 pub async fn watch(
     node: &Node,
     parameters: Tuned<Parameters>,
     transforms: Option<Transforms>,
-    output: Output,
 ) -> anyhow::Result<()> {
-    let sweep = Arc::new(Mutex::new(Sweep::new(parameters.now().sweep_rules())));
-    let (found, mut scans) = mpsc::unbounded_channel();
+    let mut scans = Scans::new(node, parameters.clone(), transforms)?;
+    let rests = Arc::new(Mutex::new(Rests::new(parameters.now().rest_rules())));
+    let (events, mut heard) = mpsc::unbounded_channel();
+    let hand_on = {
+        let events = events.clone();
+        move |view: Option<RestView<Arc<Shot>>>| {
+            if let Some(view) = view {
+                // Fails only while the node shuts down, as below.
+                let _ = events.send(Event::Rested(view));
+            }
+        }
+    };
     let _points = node.subscribe("points", Expect::STATE, {
-        let (sweep, clock, found) = (Arc::clone(&sweep), node.clock(), found.clone());
+        let (rests, clock, hand_on) = (Arc::clone(&rests), node.clock(), hand_on.clone());
         move |cloud: PointCloud2| {
             let stamp = stamp::since_epoch(cloud.header.stamp);
             let arrived = clock.now();
-            let views = lock(&sweep).on_cloud(stamp, Arc::new(Shot { cloud, arrived }));
-            hand_on(&found, views);
+            hand_on(lock(&rests).on_cloud(stamp, Arc::new(Shot { cloud, arrived })));
         }
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
-        let (sweep, parameters) = (Arc::clone(&sweep), parameters.clone());
+        let rests = Arc::clone(&rests);
         let joint = parameters.now().side.wrist_joint();
         move |state: JointState| {
-            let Some(sample) = sample_of(&state, joint) else {
-                return;
-            };
-            let mut sweep = lock(&sweep);
-            sweep.obey(parameters.now().sweep_rules());
-            hand_on(&found, sweep.on_joint(sample));
+            // Most messages on the topic are about other joints.
+            let sample = robot::joint_sample(&state, joint);
+            if let Some(sample) = sample.filter(|sample| sample.angle_rad.is_finite()) {
+                hand_on(lock(&rests).on_joint(sample));
+            }
         }
     })?;
-    node.clock().on_jump(move || lock(&sweep).reset());
+    node.clock().on_jump(move || {
+        lock(&rests).reset();
+        let _ = events.send(Event::Jumped);
+    });
     loop {
-        tokio::select! {
+        let event = tokio::select! {
             () = node.until_shutdown() => return Ok(()),
-            Some(views) = scans.recv() => {
-                publish(&parameters.now(), transforms.as_ref(), &output, views).await;
-            }
-        }
-    }
-}
-
-fn hand_on(found: &mpsc::UnboundedSender<Views>, views: Option<Views>) {
-    if let Some(views) = views {
-        // Fails only while the node shuts down.
-        let _ = found.send(views);
-    }
-}
-
-/// What a message says of `joint`, where that is an angle; most messages on the topic are about others.
-pub fn sample_of(state: &JointState, joint: &str) -> Option<JointSample> {
-    robot::joint_sample(state, joint).filter(|sample| sample.angle_rad.is_finite())
-}
-
-async fn publish(
-    parameters: &Parameters,
-    transforms: Option<&Transforms>,
-    output: &Output,
-    views: Views,
-) {
-    let (scan_id, count) = (new_scan_id(), views.len() as u32);
-    log::info!("scan {scan_id}: {count} views seen");
-    for (index, view) in (0..).zip(views) {
-        let place = Place {
-            scan_id: scan_id.clone(),
-            index,
-            count,
+            Some(event) = heard.recv() => event,
         };
-        let shot = &view.cloud;
-        match Pose::at(parameters, transforms, &shot.cloud).await {
-            Ok(pose) => output.view(place, view.angle_rad, pose, shot),
-            Err(error) => {
-                let error = format!("view_capture: view {} of {count}: {error:#}", index + 1);
-                log::error!("scan {scan_id}: {error}");
-                return output.failure(place, error);
-            }
+        match event {
+            Event::Rested(view) => scans.add(view).await,
+            Event::Jumped => scans.forget(),
         }
     }
 }
 
-fn lock<T>(sweep: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    sweep.lock().unwrap_or_else(PoisonError::into_inner)
+/// Makes scans of what was seen at rest, and publishes them.
+struct Scans {
+    parameters: Tuned<Parameters>,
+    transforms: Option<Transforms>,
+    clock: Arc<Clock>,
+    views: Publisher<View>,
+    clouds: Publisher<PointCloud2>,
+    sweep: Sweep<Arc<View>>,
+    /// The scan whose views are not all published yet.
+    unfinished: Option<Unfinished>,
+}
+
+struct Unfinished {
+    number: u64,
+    id: String,
+    view_count: usize,
+}
+
+impl Scans {
+    fn new(
+        node: &Node,
+        parameters: Tuned<Parameters>,
+        transforms: Option<Transforms>,
+    ) -> anyhow::Result<Self> {
+        Ok(Self {
+            sweep: Sweep::new(parameters.now().sweep_rules()),
+            parameters,
+            transforms,
+            clock: node.clock(),
+            views: node.publish("views", 16, Latch::Yes)?,
+            clouds: node.publish("views/cloud", 4, Latch::Yes)?,
+            unfinished: None,
+        })
+    }
+
+    /// The hand's pose is looked up at once: TF is soon forgotten.
+    async fn add(&mut self, rested: RestView<Arc<Shot>>) {
+        let parameters = self.parameters.now();
+        self.sweep.set_rules(parameters.sweep_rules());
+        let (shot, angle_rad) = (&rested.cloud, rested.angle_rad);
+        match view_of(shot, angle_rad, &parameters, self.transforms.as_ref()).await {
+            Ok(mut view) => {
+                view.timing = timing(shot, self.clock.now());
+                let views = self.sweep.add(RestView {
+                    angle_rad,
+                    cloud: Arc::new(view),
+                    moved: rested.moved,
+                });
+                views.into_iter().for_each(|view| self.publish(view));
+            }
+            Err(error) => {
+                self.sweep.reset();
+                self.fail(&format!("the view at {angle_rad:.2} rad: {error:#}"));
+            }
+        }
+    }
+
+    fn publish(&mut self, found: ScanView<Arc<View>>) {
+        if let Some(scan) = &self.unfinished
+            && scan.number != found.scan
+        {
+            let seen = scan.view_count;
+            self.fail(&format!(
+                "the wrist turned back after {seen} of {} views",
+                found.count
+            ));
+        }
+        let scan = self.unfinished.get_or_insert_with(|| Unfinished {
+            number: found.scan,
+            id: new_scan_id(),
+            view_count: 0,
+        });
+        let (index, count) = (found.index, found.count);
+        log::info!("scan {}: view {} of {count} seen", scan.id, index + 1);
+        let view = View {
+            scan_id: scan.id.clone(),
+            index: index as u32,
+            count: count as u32,
+            ..(*found.view.cloud).clone()
+        };
+        scan.view_count = index + 1;
+        if scan.view_count == count {
+            self.unfinished = None;
+        }
+        if self.clouds.is_subscribed() {
+            self.clouds.send(view.cloud.clone());
+        }
+        self.views.send(view);
+    }
+
+    /// Ends the scan under way, or one that ends before its first view.
+    fn fail(&mut self, error: &str) {
+        let id = self
+            .unfinished
+            .take()
+            .map_or_else(new_scan_id, |scan| scan.id);
+        log::error!("scan {id}: {error}");
+        let error = format!("view_capture: {error}");
+        self.views.send(failed(&id, error, self.clock.now()));
+    }
+
+    /// Begins anew after ROS time was set; the later stages do so by themselves.
+    fn forget(&mut self) {
+        self.sweep.reset();
+        self.unfinished = None;
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,16 +1,21 @@
-//! What counts as a scan, and what does not.
+//! What counts as a view and as a scan, and what does not.
 
+#![allow(clippy::unwrap_used)]
 use super::*;
+use crate::rests::{RestRules, Rests};
+use baxter::JointSample;
+use std::time::Duration;
 
 /// A wrist that is moved, joint states at 100 Hz and clouds at 33 Hz, each delivered when it arrives.
 struct Player {
+    rests: Rests<u64>,
     sweep: Sweep<u64>,
     now_ms: u64,
     angle_rad: f64,
     joints_late_ms: u64,
     clouds_late_ms: u64,
     on_the_way: Vec<(u64, Message)>,
-    scans: Vec<Vec<Taken<u64>>>,
+    views: Vec<ScanView<u64>>,
 }
 
 #[derive(Clone, Copy)]
@@ -27,18 +32,22 @@ impl Player {
     fn late(joints_late_ms: u64, clouds_late_ms: u64) -> Self {
         let rules = SweepRules {
             view_count: 3,
+            separation_rad: 0.1,
+        };
+        let rest_rules = RestRules {
             rest_velocity_rad_s: 0.02,
             dwell: Duration::from_millis(30),
             separation_rad: 0.1,
         };
         Self {
+            rests: Rests::new(rest_rules),
             sweep: Sweep::new(rules),
             now_ms: 0,
             angle_rad: 0.0,
             joints_late_ms,
             clouds_late_ms,
             on_the_way: Vec::new(),
-            scans: Vec::new(),
+            views: Vec::new(),
         }
     }
 
@@ -67,13 +76,14 @@ impl Player {
             .collect();
         due.sort_by_key(|(arrives_ms, _)| *arrives_ms);
         for (_, message) in due {
-            let views = match message {
-                Message::Joint(joint) => self.sweep.on_joint(joint),
+            let view = match message {
+                Message::Joint(joint) => self.rests.on_joint(joint),
                 Message::Cloud(stamp_ms) => self
-                    .sweep
+                    .rests
                     .on_cloud(Duration::from_millis(stamp_ms), stamp_ms),
             };
-            self.scans.extend(views);
+            let views = view.map(|view| self.sweep.add(view)).unwrap_or_default();
+            self.views.extend(views);
         }
     }
 
@@ -87,13 +97,22 @@ impl Player {
         (0..rest_ms / 10).for_each(|_| self.tick());
     }
 
-    /// The angles of each scan, in tenths of a radian.
+    /// The angles of each scan so far, in tenths of a radian, in the order in which they were handed out.
     fn tenths(&self) -> Vec<Vec<i32>> {
-        let tenths = |view: &Taken<u64>| (view.angle_rad * 10.0).round() as i32;
-        self.scans
-            .iter()
-            .map(|scan| scan.iter().map(tenths).collect())
-            .collect()
+        let mut scans: Vec<Vec<i32>> = Vec::new();
+        for found in &self.views {
+            if found.index == 0 {
+                scans.push(Vec::new());
+            }
+            let scan = scans.last_mut().unwrap();
+            assert_eq!(scan.len(), found.index);
+            scan.push((found.view.angle_rad * 10.0).round() as i32);
+        }
+        scans
+    }
+
+    fn has_begun(&self) -> bool {
+        !self.sweep.run.is_empty()
     }
 }
 
@@ -128,10 +147,10 @@ fn short_rests_count_whatever_is_late() {
                 .for_each(|angle_rad| player.go(angle_rad, 70));
         }
         player.go(1.0, 600);
-        player.scans
+        player.views
     };
     let on_time = views(0, 0);
-    assert_eq!(on_time.len(), 20);
+    assert_eq!(on_time.len(), 60);
     for joints_late_ms in (0..=80).step_by(10) {
         for clouds_late_ms in (0..=200).step_by(10) {
             let late = views(joints_late_ms, clouds_late_ms);
@@ -151,22 +170,25 @@ fn nothing_is_taken_in_motion_or_too_early() {
         player.tick();
     }
     (0..3).for_each(|_| player.tick());
-    assert!(player.scans.is_empty() && player.sweep.run.is_empty());
+    assert!(!player.has_begun());
     (0..10).for_each(|_| player.tick());
-    assert_eq!(player.sweep.run.len(), 1);
+    assert!(player.has_begun() && player.views.is_empty());
 }
 
 #[test]
 fn a_cloud_counts_only_if_the_wrist_was_still_at_rest() {
-    let mut sweep = Player::new().sweep;
+    let mut rests = Player::new().rests;
     for (stamp_ms, angle_rad) in [(0, 0.0), (300, 0.0), (600, 0.0)] {
-        sweep.on_joint(sample(stamp_ms, angle_rad));
+        rests.on_joint(sample(stamp_ms, angle_rad));
     }
-    sweep.on_cloud(Duration::from_millis(610), 1);
-    sweep.on_joint(sample(620, 0.5));
-    assert!(sweep.run.is_empty());
-    sweep.on_cloud(Duration::from_millis(600), 2);
-    assert_eq!(sweep.run.len(), 1, "of the rest, though it comes late");
+    assert_eq!(rests.on_cloud(Duration::from_millis(610), 1), None);
+    assert_eq!(rests.on_joint(sample(620, 0.5)), None);
+    let late = rests.on_cloud(Duration::from_millis(600), 2);
+    assert_eq!(
+        late.map(|view| view.cloud),
+        Some(2),
+        "of the rest, though it comes late"
+    );
 }
 
 #[test]
@@ -174,13 +196,16 @@ fn a_reset_does_not_mix_two_scans() {
     let mut player = Player::new();
     player.go(-0.6, 600);
     player.go(0.0, 600);
+    player.rests.reset();
     player.sweep.reset();
-    player.go(0.6, 600);
-    assert!(player.scans.is_empty());
-    [-0.6, 0.0, 0.6]
+    [0.6, -0.6, 0.0, 0.6]
         .into_iter()
         .for_each(|angle_rad| player.go(angle_rad, 600));
-    assert_eq!(player.tenths(), [[-6, 0, 6]]);
+    // The rest at 0.0 that lasts counts again: nothing is known of the time before the jump.
+    assert_eq!(
+        player.tenths(),
+        [vec![-6, 0], vec![0, 6], vec![6, -6], vec![-6, 0, 6]]
+    );
 }
 
 #[test]
@@ -189,11 +214,11 @@ fn other_rules_begin_anew_and_the_same_change_nothing() {
     let rules = player.sweep.rules.clone();
     player.go(-0.6, 600);
     player.go(0.0, 600);
-    player.sweep.obey(rules.clone());
+    player.sweep.set_rules(rules.clone());
     player.go(0.6, 600);
     player.go(0.0, 600);
     let view_count = 2;
-    player.sweep.obey(SweepRules {
+    player.sweep.set_rules(SweepRules {
         view_count,
         ..rules
     });
@@ -222,5 +247,27 @@ fn a_twitch_is_neither_a_view_nor_a_scan() {
     }
     player.go(0.9, 0);
     assert_eq!(player.tenths(), [[-6, 0, 6]]);
-    assert!(player.sweep.run.is_empty());
+    assert!(!player.has_begun());
+}
+
+#[test]
+fn views_are_handed_out_as_they_come() {
+    let mut player = Player::new();
+    player.sweep.rules.view_count = 20;
+    for step in 0..20_u32 {
+        player.go(-1.0 + 0.1 * f64::from(step), 100);
+        let expected = if step == 0 { 0 } else { step as usize + 1 };
+        assert_eq!(player.views.len(), expected);
+    }
+}
+
+#[test]
+fn a_wrist_that_turns_back_gives_the_scan_up_and_begins_another() {
+    let mut player = Player::new();
+    [-0.6, 0.0, -0.6, -1.2]
+        .into_iter()
+        .for_each(|angle_rad| player.go(angle_rad, 600));
+    assert_eq!(player.tenths(), [vec![-6, 0], vec![0, -6, -12]]);
+    let scans: Vec<_> = player.views.iter().map(|found| found.scan).collect();
+    assert_eq!(scans, [0, 0, 1, 1, 1]);
 }

@@ -1,6 +1,5 @@
 //! What the other nodes say is wrong, so that a scan that fails can tell its caller.
 
-use msg::Time;
 use msg::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use node::{Expect, Node, Subscriber};
 use std::collections::BTreeMap;
@@ -12,12 +11,12 @@ const FRESH: Duration = Duration::from_secs(3);
 /// After this, each node has spoken since.
 const ROUND: Duration = Duration::from_millis(1200);
 
-/// The stages after this one.
+/// The stages that views are handed on to.
 const LATER_STAGES: [&str; 3] = ["icp_registration", "roi_crop", "classifier"];
 
 /// Listens to /diagnostics. Clones share it.
 #[derive(Clone)]
-pub struct Troubles {
+pub struct Diagnostics {
     heard: Arc<Mutex<Heard>>,
     _link: Subscriber,
 }
@@ -26,23 +25,13 @@ pub struct Troubles {
 #[derive(Default)]
 struct Heard(BTreeMap<String, (i8, String, Instant)>);
 
-impl Troubles {
-    /// Also calls `note` with the name of each node that speaks and the stamp by its clock.
-    pub fn listen(
-        node: &Node,
-        note: impl Fn(&str, Time) + Send + Sync + 'static,
-    ) -> anyhow::Result<Self> {
+impl Diagnostics {
+    /// Listens from now on.
+    pub fn listen(node: &Node) -> anyhow::Result<Self> {
         let heard = Arc::new(Mutex::new(Heard::default()));
         let link = node.subscribe("/diagnostics", Expect::SPORADIC, {
             let heard = Arc::clone(&heard);
             move |array: DiagnosticArray| {
-                if let Some(name) = array
-                    .status
-                    .first()
-                    .and_then(|status| node_of(&status.name))
-                {
-                    note(name, array.header.stamp);
-                }
                 heard
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
@@ -52,9 +41,9 @@ impl Troubles {
         Ok(Self { heard, _link: link })
     }
 
-    /// A clause for an error text: all warnings and errors, once each node has spoken of the present; empty if there are none.
-    pub async fn clause(&self) -> String {
-        tokio::time::sleep(ROUND).await;
+    /// A clause for an error text: all warnings and errors, once each node has spoken since a moment; empty if there are none.
+    pub async fn clause(&self, since: tokio::time::Instant) -> String {
+        tokio::time::sleep_until(since + ROUND).await;
         self.heard
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -86,15 +75,15 @@ impl Heard {
     }
 
     fn clause(&self, now: Instant) -> String {
-        let troubles: Vec<_> = self
+        let warnings: Vec<_> = self
             .fresh(now)
             .filter(|(_, level, _)| *level != DiagnosticStatus::OK)
             .map(|(name, _, message)| format!("{name}: {message}"))
             .collect();
-        if troubles.is_empty() {
+        if warnings.is_empty() {
             String::new()
         } else {
-            format!("; diagnostics: {}", troubles.join("; "))
+            format!("; diagnostics: {}", warnings.join("; "))
         }
     }
 
@@ -133,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn only_fresh_troubles_are_told() {
+    fn only_fresh_warnings_are_told() {
         let (mut heard, now) = (Heard::default(), Instant::now());
         heard.note(said("roi_crop: links", DiagnosticStatus::OK, ""), now);
         assert_eq!(heard.clause(now), "");

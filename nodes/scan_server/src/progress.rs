@@ -1,25 +1,27 @@
 //! How far a scan has come, told to all who watch.
 
-use super::output::Place;
 use msg::deformable_cobot::{Classification, ScanObjectFeedback};
-use node::{Latch, Node};
 use std::convert::Infallible;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
+use tokio::time::Instant;
 
 /// Pause between two reports while the wrist turns.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
+
+/// How near the wrist is to its target when it is told to look: wrist_rotator's tolerance is 0.0087 rad.
+const ARRIVED_RAD: f64 = 0.01;
 
 /// What a scan is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// The wrist turns to the next angle.
     Turning,
-    /// It is at rest; a cloud is waited for.
+    /// It is there; the view is waited for.
     Looking,
-    /// All views are taken; the answer is waited for.
-    Thinking,
+    /// All views are taken; the classifier's answer is waited for.
+    Classifying,
     /// Ended with an answer.
     Done,
     /// Ended without.
@@ -33,7 +35,7 @@ impl State {
         match self {
             Self::Turning => "turning",
             Self::Looking => "looking",
-            Self::Thinking => "thinking",
+            Self::Classifying => "classifying",
             Self::Done => "done",
             Self::Failed => "failed",
             Self::Stopped => "stopped",
@@ -45,9 +47,18 @@ impl State {
 #[derive(Clone)]
 pub struct Progress {
     report: Arc<watch::Sender<ScanObjectFeedback>>,
+    /// Since when the scan does what it does.
+    since: Arc<Mutex<Instant>>,
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Progress {
+    /// Of no scan yet.
     pub fn new() -> Self {
         let report = ScanObjectFeedback {
             wrist_angle: f64::NAN,
@@ -55,10 +66,11 @@ impl Progress {
         };
         Self {
             report: Arc::new(watch::Sender::new(report)),
+            since: Arc::new(Mutex::new(Instant::now())),
         }
     }
 
-    /// A scan begins.
+    /// A scan of `count` views begins.
     pub fn begin(&self, scan_id: &str, count: u32) {
         self.report.send_modify(|report| {
             *report = ScanObjectFeedback {
@@ -73,11 +85,12 @@ impl Progress {
         });
     }
 
-    /// The wrist turns to where a view is to be taken.
-    pub fn turning(&self, place: &Place, target_rad: f64) {
+    /// The wrist turns to where the view `index` (from 0) is to be taken.
+    pub fn turning(&self, index: u32, target_rad: f64) {
+        self.mark();
         self.report.send_modify(|report| {
             report.state = State::Turning.name().into();
-            report.view = place.index + 1;
+            report.view = index + 1;
             report.target_angle = target_rad;
         });
     }
@@ -88,16 +101,31 @@ impl Progress {
     }
 
     /// The scan does something else now.
-    pub fn is(&self, state: State) {
+    pub fn set(&self, state: State) {
+        self.mark();
         self.report
             .send_modify(|report| report.state = state.name().into());
     }
 
-    /// The wrist is at an angle. Told with the next report.
+    /// Since when the scan turns to a view, or waits for the classifier.
+    pub fn since(&self) -> Instant {
+        *self.since.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn mark(&self) {
+        *self.since.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    /// The wrist is at an angle, rad. Told with the next report, or at once where the wrist has come to where it turns.
     pub fn note_angle(&self, angle_rad: f64) {
         self.report.send_if_modified(|report| {
             report.wrist_angle = angle_rad;
-            false
+            let has_arrived = report.state == State::Turning.name()
+                && (angle_rad - report.target_angle).abs() < ARRIVED_RAD;
+            if has_arrived {
+                report.state = State::Looking.name().into();
+            }
+            has_arrived
         });
     }
 
@@ -130,11 +158,5 @@ impl Progress {
             let report = changes.borrow_and_update().clone();
             tell(report);
         }
-    }
-
-    /// Publishes on `progress`.
-    pub async fn publish(&self, node: &Node) -> anyhow::Result<Infallible> {
-        let topic = node.publish("progress", 4, Latch::Yes)?;
-        Ok(self.follow(move |report| topic.send(report)).await)
     }
 }

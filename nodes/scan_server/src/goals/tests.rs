@@ -181,3 +181,13 @@ fn goals_count_once_and_in_the_order_of_their_stamps() {
     assert_eq!(bench.receive("a", 10), [], "nor does it run again");
     assert_eq!(bench.start(), None);
 }
+
+#[test]
+fn a_server_that_ends_takes_no_more_goals() {
+    let mut bench = Bench::new();
+    bench.receive("a", 1);
+    let ended = bench.goals.close("the node is shutting down", bench.now);
+    assert_eq!((ended.len(), ended[0].status), (1, Status::Recalled));
+    assert_eq!(bench.receive("b", 2), [("b".to_owned(), Status::Recalled)]);
+    assert_eq!(bench.goals.start(), None);
+}

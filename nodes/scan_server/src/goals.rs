@@ -68,6 +68,8 @@ pub struct Goals<G> {
     waiting: Option<(GoalId, G)>,
     /// Goals that are not younger are cancelled when they come.
     last_cancel_ns: i64,
+    /// Why no more goals are taken.
+    closed: Option<String>,
 }
 
 #[derive(Debug)]
@@ -83,6 +85,7 @@ impl<G> Goals<G> {
             known: Vec::new(),
             waiting: None,
             last_cancel_ns: 0,
+            closed: None,
         }
     }
 
@@ -103,6 +106,9 @@ impl<G> Goals<G> {
             },
             ended: None,
         });
+        if let Some(reason) = self.closed.clone() {
+            return vec![self.recall(index, &reason, now)];
+        }
         if id.stamp_ns != 0 && id.stamp_ns <= self.last_cancel_ns {
             return vec![self.recall(index, "older than a cancellation of all goals", now)];
         }
@@ -138,6 +144,15 @@ impl<G> Goals<G> {
         let waiting = self.waiting.take_if(|(id, _)| concerns(id));
         let waiting = waiting.and_then(|(id, _)| self.index_of(&id.id));
         let ended = waiting.map(|index| self.recall(index, "cancelled", now));
+        ended.into_iter().collect()
+    }
+
+    /// Takes no more goals, for this reason. Gives the one that thereby ended without having been worked on.
+    pub fn close(&mut self, reason: &str, now: Instant) -> Vec<GoalState> {
+        self.closed = Some(reason.into());
+        let waiting = self.waiting.take();
+        let waiting = waiting.and_then(|(id, _)| self.index_of(&id.id));
+        let ended = waiting.map(|index| self.recall(index, reason, now));
         ended.into_iter().collect()
     }
 

@@ -1,10 +1,12 @@
-//! What else must be right for a scan: the other computers' clocks, and that the other nodes are there.
+//! The other computers: whether their clocks are in step with ours, and whether their nodes answer.
 
-use super::troubles::Troubles;
 use anyhow::bail;
 use msg::Time;
-use node::{Level, Node, PeerClock, Peers, Source, Tuned};
+use msg::diagnostic_msgs::DiagnosticArray;
+use msg::sensor_msgs::JointState;
+use node::{Expect, Level, Node, PeerClock, Peers, Source, Subscriber, Tuned};
 use std::convert::Infallible;
+use std::sync::Arc;
 use std::time::Duration;
 use view_capture::Parameters;
 
@@ -15,31 +17,41 @@ const HEALTH_PERIOD: Duration = Duration::from_secs(1);
 
 /// Watches the other computers. Clones share it.
 #[derive(Clone)]
-pub struct Surroundings {
+pub struct OtherComputers {
     node: Node,
     peers: Peers,
     parameters: Tuned<Parameters>,
+    _links: Arc<[Subscriber; 2]>,
 }
 
-impl Surroundings {
+impl OtherComputers {
+    /// Takes the time of joint states, which is by the robot's clock, and of diagnostics, which is by that of their node.
     pub fn watch(node: &Node, parameters: &Tuned<Parameters>) -> anyhow::Result<Self> {
+        let peers = node.peers();
+        let on_joints = {
+            let peers = peers.clone();
+            move |state: JointState| {
+                peers.note(Source::Topic(JOINT_STATES.into()), state.header.stamp);
+            }
+        };
+        let on_diagnostics = {
+            let peers = peers.clone();
+            move |array: DiagnosticArray| {
+                // A status is called "node: part".
+                let name = array.status.first().map(|status| &status.name);
+                if let Some((node, _)) = name.and_then(|name| name.split_once(':')) {
+                    peers.note(Source::Node(format!("/{node}")), array.header.stamp);
+                }
+            }
+        };
         Ok(Self {
             node: node.clone(),
-            peers: node.peers(),
+            peers,
             parameters: parameters.clone(),
-        })
-    }
-
-    /// Takes the stamp of joint states, which is by the robot's clock.
-    pub fn note_robot(&self, stamp: Time) {
-        self.peers.note(Source::Topic(JOINT_STATES.into()), stamp);
-    }
-
-    /// Hears of the other nodes' clocks what their diagnostics tell.
-    pub fn listen(&self) -> anyhow::Result<Troubles> {
-        let peers = self.peers.clone();
-        Troubles::listen(&self.node, move |name, stamp| {
-            peers.note(Source::Node(format!("/{name}")), stamp);
+            _links: Arc::new([
+                node.subscribe(JOINT_STATES, Expect::SHARED_STATE, on_joints)?,
+                node.subscribe("/diagnostics", Expect::SPORADIC, on_diagnostics)?,
+            ]),
         })
     }
 

@@ -1,6 +1,7 @@
 //! How the hand stands before the camera, by TF and camera_info.
 
 use anyhow::Context;
+use msg::Time;
 use msg::sensor_msgs::CameraInfo;
 use nalgebra::Isometry3;
 use node::transforms::TransformError;
@@ -14,17 +15,19 @@ use view_capture::{ImagePlane, Parameters};
 const INFO_TOPIC: &str = "camera/depth/camera_info";
 /// Pause between two looks at TF.
 const TF_PERIOD: Duration = Duration::from_millis(50);
+/// The pose is that of so long ago, which TF has already reached. Before a motion the arm is still.
+const TF_AGE_NS: i64 = 100_000_000;
 
-/// Looks whether a scan makes sense where the hand is. Clones share it.
+/// Checks that the camera can see what the hand holds. Clones share it.
 #[derive(Clone)]
-pub struct Stance {
+pub struct ArmPose {
     transforms: Transforms,
     infos: watch::Receiver<Option<Arc<CameraInfo>>>,
     clock: Arc<Clock>,
     _link: Subscriber,
 }
 
-impl Stance {
+impl ArmPose {
     pub fn listen(node: &Node, transforms: Transforms) -> anyhow::Result<Self> {
         let (latest, infos) = watch::channel(None);
         let link = node.subscribe(INFO_TOPIC, Expect::STATE, move |info: CameraInfo| {
@@ -58,7 +61,7 @@ impl Stance {
         Ok(())
     }
 
-    /// frame_from_hand as it is now. TF that has only just begun is waited for, too.
+    /// frame_from_hand as it was just now. TF that has only just begun is waited for, too.
     async fn hand_in(
         &self,
         frame: &str,
@@ -67,8 +70,10 @@ impl Stance {
         let deadline = Instant::now() + Duration::from_secs_f64(parameters.transform_deadline_s);
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
-            let (hand, now) = (parameters.side.hand_frame(), self.clock.now());
-            match self.transforms.wait(frame, hand, now, left).await {
+            let hand = parameters.side.hand_frame();
+            let stamp_ns = (self.clock.now().nanos() - TF_AGE_NS).max(0);
+            let stamp = Time::from_nanos(stamp_ns);
+            match self.transforms.wait(frame, hand, stamp, left).await {
                 Err(TransformError::TooOld { .. }) if !left.is_zero() => sleep(TF_PERIOD).await,
                 found => return found,
             }

@@ -1,0 +1,248 @@
+//! A scan: turn, look, hand on, again, until all views are taken or the answer is sure enough; then the answer.
+
+use crate::answers::Answers;
+use crate::goals::Outcome;
+use crate::parameters::Parameters;
+use crate::progress::{Progress, State};
+use anyhow::{Context, bail, ensure};
+use msg::deformable_cobot::{Classification, ScanObjectRes, View};
+use msg::view::new_scan_id;
+use node::Life;
+use std::time::Duration;
+use tokio::sync::{Mutex, broadcast};
+use tokio::time::Instant;
+
+/// How long the wrist waits for the running answer, where that may end the scan. It takes a tenth of this; without it the
+/// scan goes on.
+const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
+
+/// Answers kept for a scan that looks for its own.
+const ANSWERS_KEPT: usize = 64;
+
+/// What a scan needs of the running graph. All futures end when `life` does; the arm rests then.
+pub trait Stages: Send + Sync {
+    /// The wrist angles for `views` views (0: as configured), rad.
+    fn plan(
+        &self,
+        views: u32,
+        life: &Life,
+    ) -> impl Future<Output = anyhow::Result<Vec<f64>>> + Send;
+    /// Waits until somebody registers views, so that the first one is not lost.
+    fn until_registered(&self) -> impl Future<Output = anyhow::Result<()>> + Send;
+    /// Turns the wrist to an angle and takes the view there.
+    fn capture(
+        &self,
+        angle_rad: f64,
+        life: &Life,
+    ) -> impl Future<Output = anyhow::Result<View>> + Send;
+    /// Hands a view on to the later stages.
+    fn publish(&self, view: View);
+    /// Tells the later stages that no more views come than these.
+    fn publish_end(&self, scan_id: &str, view_count: u32);
+    /// Tells the later stages that the scan ended without an answer.
+    fn publish_failure(&self, scan_id: &str, error: String);
+    /// A clause for an error text: what the nodes have said is wrong with them since a moment; empty where they say nothing.
+    fn diagnosis(&self, since: Instant) -> impl Future<Output = String> + Send;
+    /// The stages after the views that are not running.
+    fn silent_stages(&self) -> Vec<&'static str>;
+}
+
+/// A scan that has ended.
+#[derive(Debug)]
+pub struct Scanned {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// What its caller is told.
+    pub answer: ScanObjectRes,
+}
+
+/// Makes one scan at a time.
+pub struct Scanner<S> {
+    stages: S,
+    parameters: Parameters,
+    progress: Progress,
+    answers: broadcast::Sender<Classification>,
+    busy: Mutex<()>,
+}
+
+impl<S: Stages> Scanner<S> {
+    /// Ready for the first scan.
+    pub fn new(stages: S, parameters: Parameters) -> Self {
+        Self {
+            stages,
+            parameters,
+            progress: Progress::new(),
+            answers: broadcast::Sender::new(ANSWERS_KEPT),
+            busy: Mutex::default(),
+        }
+    }
+
+    /// How far the scan has come.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Takes an answer of the classifier, to whatever scan.
+    pub fn note_answer(&self, answer: Classification) {
+        self.progress.note_answer(&answer);
+        // Nobody waits for an answer between scans.
+        let _ = self.answers.send(answer);
+    }
+
+    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up when `life` ends. The arm
+    /// rests when this returns.
+    pub async fn scan(&self, views: u32, life: &Life) -> Scanned {
+        let Ok(_busy) = self.busy.try_lock() else {
+            return refused("a scan is already running; call again when it has ended");
+        };
+        let angles_rad = match self.stages.plan(views, life).await {
+            Ok(angles_rad) => angles_rad,
+            Err(error) => return refused(&format!("no scan: {error:#}")),
+        };
+        let scan_id = new_scan_id();
+        log::info!("scan {scan_id}: {} views", angles_rad.len());
+        self.progress.begin(&scan_id, angles_rad.len() as u32);
+        let result = self.views_to_label(&scan_id, &angles_rad, life).await;
+        let since = self.progress.since();
+        let (state, outcome) = match (&result, life.end()) {
+            (Ok(_), _) => (State::Done, Outcome::Succeeded),
+            (Err(_), None) => (State::Failed, Outcome::Aborted),
+            (Err(_), Some(_)) => (State::Stopped, Outcome::Preempted),
+        };
+        self.progress.set(state);
+        let answer = match result {
+            Ok(answer) => answered(answer),
+            Err(error) => self.failed(&scan_id, error, outcome, since).await,
+        };
+        Scanned { outcome, answer }
+    }
+
+    async fn views_to_label(
+        &self,
+        scan_id: &str,
+        angles_rad: &[f64],
+        life: &Life,
+    ) -> anyhow::Result<Classification> {
+        let mut answers = Answers::new(&self.answers, scan_id);
+        while_alive(life, self.stages.until_registered()).await?;
+        let count = angles_rad.len() as u32;
+        for (index, &angle_rad) in (0..).zip(angles_rad) {
+            self.progress.turning(index, angle_rad);
+            let captured = self.stages.capture(angle_rad, life).await;
+            let view = captured.with_context(|| format!("view {} of {count}", index + 1))?;
+            self.progress.taken(view.cloud.width * view.cloud.height);
+            self.stages.publish(View {
+                scan_id: scan_id.into(),
+                index,
+                count,
+                ..view
+            });
+            let taken = index + 1;
+            if taken < count && while_alive(life, self.is_sure(&mut answers, taken)).await? {
+                log::info!("scan {scan_id}: {taken} of {count} views suffice");
+                self.stages.publish_end(scan_id, taken);
+                break;
+            }
+        }
+        self.progress.set(State::Classifying);
+        while_alive(life, self.label(&mut answers)).await
+    }
+
+    /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
+    async fn is_sure(&self, answers: &mut Answers, views: u32) -> anyhow::Result<bool> {
+        let patience = if self.parameters.may_end_early() {
+            RUNNING_ANSWER_PATIENCE
+        } else {
+            Duration::ZERO
+        };
+        let Some(answer) = answers.about(views, patience).await else {
+            return Ok(false);
+        };
+        ensure!(
+            !answer.complete || answer.error.is_empty(),
+            "{}",
+            answer.error
+        );
+        let is_answer = answer.error.is_empty() && answer.known;
+        Ok(is_answer && self.parameters.is_sure(answer.probability))
+    }
+
+    /// The answer to all views.
+    async fn label(&self, answers: &mut Answers) -> anyhow::Result<Classification> {
+        let patience = Duration::from_secs_f64(self.parameters.answer_deadline_s);
+        let Some(answer) = answers.last(patience).await else {
+            let silent = match &self.stages.silent_stages()[..] {
+                [] => "all stages are running".into(),
+                stages => format!("not running: {}", stages.join(", ")),
+            };
+            bail!("no answer within {patience:.1?} of the last view; {silent}");
+        };
+        ensure!(answer.error.is_empty(), "{}", answer.error);
+        Ok(answer.clone())
+    }
+
+    /// Tells the later stages at once, and the caller what the stages say of themselves, too.
+    async fn failed(
+        &self,
+        scan_id: &str,
+        error: anyhow::Error,
+        outcome: Outcome,
+        since: Instant,
+    ) -> ScanObjectRes {
+        let error = format!("{error:#}");
+        self.stages
+            .publish_failure(scan_id, format!("scan_server: {error}"));
+        let diagnosis = match outcome {
+            Outcome::Aborted => self.stages.diagnosis(since).await,
+            Outcome::Succeeded | Outcome::Preempted => String::new(),
+        };
+        let error = format!("scan {scan_id}: {error}{diagnosis}");
+        log::error!("{error}");
+        let result = Classification {
+            scan_id: scan_id.into(),
+            error: error.clone(),
+            ..Default::default()
+        };
+        ScanObjectRes { error, result }
+    }
+}
+
+/// A scan that never began.
+fn refused(error: &str) -> Scanned {
+    log::warn!("{error}");
+    Scanned {
+        outcome: Outcome::Aborted,
+        answer: ScanObjectRes {
+            error: error.into(),
+            ..Default::default()
+        },
+    }
+}
+
+fn answered(answer: Classification) -> ScanObjectRes {
+    let name = match &answer.label[..] {
+        "" => "the hand is empty",
+        label => label,
+    };
+    log::info!(
+        "scan {}: {name} ({:.3})",
+        answer.scan_id,
+        answer.probability
+    );
+    ScanObjectRes {
+        error: String::new(),
+        result: answer,
+    }
+}
+
+/// The result of `work`, or why nobody waits for it any more.
+async fn while_alive<T>(
+    life: &Life,
+    work: impl Future<Output = anyhow::Result<T>>,
+) -> anyhow::Result<T> {
+    tokio::select! {
+        biased;
+        reason = life.ended() => bail!("{reason}"),
+        result = work => result,
+    }
+}

@@ -1,0 +1,111 @@
+//! The running graph, as a scan needs it.
+
+use super::diagnostics::Diagnostics;
+use anyhow::{Context, ensure};
+use msg::deformable_cobot::{CaptureViews, CaptureViewsReq, PlanViews, PlanViewsReq, View};
+use msg::sensor_msgs::PointCloud2;
+use msg::view::{end, failed};
+use node::{CallError, Clock, Latch, Life, Node, Publisher};
+use scan_server::{Parameters, Stages};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::Instant;
+
+/// How long `plan_views` may take, with a view_capture that has just been started again.
+const PLAN_DEADLINE: Duration = Duration::from_secs(5);
+/// How long a scan waits for somebody to register its views: a node that has just been started again is soon there.
+const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
+
+/// The other nodes.
+pub struct Graph {
+    node: Node,
+    view_deadline: Duration,
+    diagnostics: Diagnostics,
+    clock: Arc<Clock>,
+    views: Publisher<View>,
+    clouds: Publisher<PointCloud2>,
+}
+
+impl Graph {
+    pub fn new(node: &Node, parameters: &Parameters) -> anyhow::Result<Self> {
+        Ok(Self {
+            node: node.clone(),
+            view_deadline: Duration::from_secs_f64(parameters.view_deadline_s),
+            diagnostics: Diagnostics::listen(node)?,
+            clock: node.clock(),
+            views: node.publish("views", 16, Latch::Yes)?,
+            clouds: node.publish("views/cloud", 4, Latch::Yes)?,
+        })
+    }
+}
+
+impl Stages for Graph {
+    async fn plan(&self, views: u32, life: &Life) -> anyhow::Result<Vec<f64>> {
+        let request = PlanViewsReq { views };
+        let called = self
+            .node
+            .call::<PlanViews>("plan_views", request, PLAN_DEADLINE, life);
+        let planned = called.await.map_err(reason)?;
+        ensure!(planned.error.is_empty(), "{}", planned.error);
+        Ok(planned.angles)
+    }
+
+    async fn until_registered(&self) -> anyhow::Result<()> {
+        ensure!(
+            self.views.until_subscribed(LISTENER_PATIENCE).await,
+            "nobody listens to 'views' (waited {LISTENER_PATIENCE:.1?}); is icp_registration running?"
+        );
+        Ok(())
+    }
+
+    async fn capture(&self, angle_rad: f64, life: &Life) -> anyhow::Result<View> {
+        let request = CaptureViewsReq {
+            angles: vec![angle_rad],
+            ..Default::default()
+        };
+        let called =
+            self.node
+                .call::<CaptureViews>("capture_views", request, self.view_deadline, life);
+        let mut captured = called.await.map_err(reason)?;
+        ensure!(
+            captured.error.is_empty(),
+            "view_capture: {}",
+            captured.error
+        );
+        captured
+            .views
+            .pop()
+            .context("capture_views gave no view and no reason")
+    }
+
+    fn publish(&self, view: View) {
+        if self.clouds.is_subscribed() {
+            self.clouds.send(view.cloud.clone());
+        }
+        self.views.send(view);
+    }
+
+    fn publish_end(&self, scan_id: &str, view_count: u32) {
+        self.views.send(end(scan_id, view_count, self.clock.now()));
+    }
+
+    fn publish_failure(&self, scan_id: &str, error: String) {
+        self.views.send(failed(scan_id, error, self.clock.now()));
+    }
+
+    async fn diagnosis(&self, since: Instant) -> String {
+        self.diagnostics.clause(since).await
+    }
+
+    fn silent_stages(&self) -> Vec<&'static str> {
+        self.diagnostics.silent_stages()
+    }
+}
+
+/// Who gave a call up knows better why than the call.
+fn reason(error: CallError) -> anyhow::Error {
+    match error {
+        CallError::GivenUp { reason, .. } => anyhow::anyhow!(reason),
+        error => error.into(),
+    }
+}

@@ -1,0 +1,206 @@
+//! Views on request: turn, wait for rest, look.
+
+use super::arm_pose::ArmPose;
+use super::clouds::{Clouds, Listening, Shot};
+use super::computers::OtherComputers;
+use super::view::{timing, view_of};
+use anyhow::{Context, bail, ensure};
+use msg::Time;
+use msg::deformable_cobot::{
+    CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
+    RotateWristRes, View,
+};
+use node::{CallError, Life, Node, Transforms, Tuned};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::Mutex;
+use view_capture::{Parameters, PlanError, check, plan};
+
+/// What a view is made of.
+pub struct Sources {
+    pub transforms: Option<Transforms>,
+    pub arm_pose: Option<ArmPose>,
+    pub clouds: Clouds,
+    pub computers: OtherComputers,
+}
+
+/// Takes views for one caller at a time.
+pub struct Capture {
+    node: Node,
+    parameters: Tuned<Parameters>,
+    sources: Sources,
+    busy: Mutex<()>,
+    /// What the latest view saw.
+    last_seen: Mutex<Option<Arc<Shot>>>,
+}
+
+impl Capture {
+    pub fn new(node: &Node, parameters: Tuned<Parameters>, sources: Sources) -> Self {
+        Self {
+            node: node.clone(),
+            parameters,
+            sources,
+            busy: Mutex::default(),
+            last_seen: Mutex::default(),
+        }
+    }
+
+    /// Answers `plan_views`.
+    pub fn plan(&self, request: PlanViewsReq) -> PlanViewsRes {
+        match plan(&self.parameters.now(), request.views) {
+            Ok(angles) => PlanViewsRes {
+                angles,
+                ..Default::default()
+            },
+            Err(error) => PlanViewsRes {
+                error: error.to_string(),
+                ..Default::default()
+            },
+        }
+    }
+
+    /// Answers `capture_views`; the arm rests then, also where `life` has ended before.
+    pub async fn capture(&self, request: CaptureViewsReq, life: Life) -> CaptureViewsRes {
+        let mut views = Vec::new();
+        let taken = self.take_views(&request, &life, &mut views).await;
+        let error = taken.map_or_else(|error| format!("{error:#}"), |()| String::new());
+        if !error.is_empty() {
+            log::warn!("capture_views: {error}");
+        }
+        CaptureViewsRes { error, views }
+    }
+
+    async fn take_views(
+        &self,
+        request: &CaptureViewsReq,
+        life: &Life,
+        views: &mut Vec<View>,
+    ) -> anyhow::Result<()> {
+        let Ok(_busy) = self.busy.try_lock() else {
+            bail!("views are being taken for another caller; call again when that has ended");
+        };
+        let angles_rad = angles(&self.parameters.now(), request)?;
+        let listening = self.sources.clouds.listen();
+        let count = angles_rad.len();
+        for (index, angle_rad) in (0..).zip(angles_rad) {
+            let taken = self.take_view(angle_rad, &listening, life).await;
+            let mut view = match count {
+                1 => taken?,
+                _ => taken.with_context(|| format!("view {} of {count}", index + 1))?,
+            };
+            (view.index, view.count) = (index, count as u32);
+            views.push(view);
+        }
+        Ok(())
+    }
+
+    async fn take_view(
+        &self,
+        angle_rad: f64,
+        listening: &Listening,
+        life: &Life,
+    ) -> anyhow::Result<View> {
+        // Nothing is turned where nothing would be seen.
+        while_alive(life, self.check_before_motion()).await?;
+        let turned = self.turn(angle_rad, life).await?;
+        while_alive(life, self.look(&turned, listening)).await
+    }
+
+    async fn check_before_motion(&self) -> anyhow::Result<()> {
+        self.sources.computers.check()?;
+        if let Some(arm_pose) = &self.sources.arm_pose {
+            let checked = arm_pose.check(&self.parameters.now()).await;
+            checked.context("not turned")?;
+        }
+        Ok(())
+    }
+
+    /// Turns the wrist and waits until it is at rest, there or where it was stopped.
+    async fn turn(&self, angle_rad: f64, life: &Life) -> anyhow::Result<RotateWristRes> {
+        let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
+        let request = RotateWristReq { angle: angle_rad };
+        let call = self
+            .node
+            .call::<RotateWrist>("rotate_wrist", request, deadline, life);
+        let turned = match call.await {
+            Ok(turned) => turned,
+            Err(CallError::GivenUp { reason, .. }) => bail!("{reason}"),
+            Err(error) => bail!("{error}{}", self.sources.computers.clause().await),
+        };
+        ensure!(turned.success, "rotate_wrist: {}", turned.error);
+        Ok(turned)
+    }
+
+    /// The view of the first image that was taken after the wrist has come to rest.
+    async fn look(&self, turned: &RotateWristRes, listening: &Listening) -> anyhow::Result<View> {
+        let shot = self.shot_after(turned.at_rest, listening).await?;
+        ensure!(
+            shot.cloud.width > 0,
+            "the camera sees nothing within the depth limits; is the hand in front of it, and do \
+             depth_threshold's ~depth_min_m and ~depth_max_m fit?"
+        );
+        let parameters = self.parameters.now();
+        let transforms = self.sources.transforms.as_ref();
+        let mut view = view_of(&shot, turned.angle, &parameters, transforms).await?;
+        self.check_alive(&shot).await?;
+        view.timing = timing(&shot, self.node.clock().now());
+        Ok(view)
+    }
+
+    async fn shot_after(&self, moment: Time, listening: &Listening) -> anyhow::Result<Arc<Shot>> {
+        let patience = Duration::from_secs_f64(self.parameters.now().frame_deadline_s);
+        let mut shots = listening.shots.clone();
+        let newer = |shot: &Option<Arc<Shot>>| {
+            shot.as_ref()
+                .is_some_and(|shot| shot.cloud.header.stamp > moment)
+        };
+        let waited = tokio::time::timeout(patience, shots.wait_for(newer)).await;
+        if let Ok(Ok(shot)) = waited {
+            return shot.clone().context("no cloud");
+        }
+        let last = listening.shots.borrow().clone();
+        match last {
+            Some(last) => bail!(
+                "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
+                 last one is {:.2} s older); is the camera running, and are the clocks in step?",
+                (moment - last.cloud.header.stamp).seconds()
+            ),
+            None => {
+                bail!("no cloud ever came on 'points'; are the camera and depth_threshold running?")
+            }
+        }
+    }
+
+    /// Refuses an image that is the last view's once more: no two images of a camera have the same noise. Captures that are
+    /// played again may.
+    async fn check_alive(&self, shot: &Arc<Shot>) -> anyhow::Result<()> {
+        let last = self.last_seen.lock().await.replace(Arc::clone(shot));
+        let same = last.is_some_and(|last| last.cloud.data == shot.cloud.data);
+        ensure!(
+            !(same && self.sources.transforms.is_some()),
+            "the camera's image is that of the view before, bit by bit; it is frozen: restart its driver"
+        );
+        Ok(())
+    }
+}
+
+/// The wrist angles that are asked for, rad.
+fn angles(parameters: &Parameters, request: &CaptureViewsReq) -> Result<Vec<f64>, PlanError> {
+    if request.angles.is_empty() {
+        return plan(parameters, request.views);
+    }
+    check(parameters, &request.angles)?;
+    Ok(request.angles.clone())
+}
+
+/// The result of `work`, or why nobody waits for it any more.
+async fn while_alive<T>(
+    life: &Life,
+    work: impl Future<Output = anyhow::Result<T>>,
+) -> anyhow::Result<T> {
+    tokio::select! {
+        biased;
+        reason = life.ended() => bail!("{reason}"),
+        result = work => result,
+    }
+}
