@@ -23,6 +23,8 @@ CHAPTERS = (
     ('Nodes that are killed', 'tests/test_kills.py'),
     ('The links of one node', 'tests/test_links.py'),
 )
+# Columns from which on the tests' documentation is folded, and those that it is indented by.
+FOLDED_FROM, INDENT = 116, 4
 HEAD = '''# Faults, and what must happen
 
 Made by `make fault-table` from the tests' own names and words; a test compares it with them. Each row is a test: the right
@@ -44,7 +46,8 @@ def page(outcomes):
     for title, file in CHAPTERS:
         if not (CHECKOUT / file).exists():
             continue
-        lines += [f'## {title}', '', f'[{file}](../{file})', '', '| test | what must happen | |', '|---|---|---|']
+        about = ' '.join((ast.get_docstring(ast.parse((CHECKOUT / file).read_text())) or '').split())
+        lines += [f'## {title}', '', f'[{file}](../{file}): {about}', '', '| test | what must happen | |', '|---|---|---|']
         lines += [f'| {words(name)} | {text} | {outcomes.get((module(file), name), "not run")} |'
                   for name, text in tests(CHECKOUT / file)]
         lines += ['']
@@ -55,13 +58,24 @@ def tests(path):
     """(name, what its documentation says) of each test in the file, in its order."""
     for item in ast.parse(path.read_text()).body:
         if isinstance(item, ast.FunctionDef) and item.name.startswith('test_'):
-            text = (ast.get_docstring(item) or '').strip().replace('|', '\\|')
-            yield item.name, '<br>'.join(line.strip() for line in text.splitlines())
+            yield item.name, '<br>'.join(unfolded((ast.get_docstring(item) or '').strip().replace('|', '\\|')))
 
 
 def module(file):
     """As pytest names it in its reports."""
     return file.removeprefix('tests/').removesuffix('.py').replace('/', '.')
+
+
+def unfolded(text):
+    """The text's lines, joined where the first word of the next one did not fit into the line before."""
+    raw = text.splitlines()
+    lines = raw[:1]
+    for last, line in zip(raw, raw[1:]):
+        if FOLDED_FROM < INDENT + len(last) + 1 + len(line.split(' ')[0]):
+            lines[-1] += f' {line}'
+        else:
+            lines.append(line)
+    return lines
 
 
 def words(name):

@@ -147,8 +147,13 @@ def test_a_gripper_that_ignores_its_commands_is_named(start):
     rospy.Timer(rospy.Duration(0.01), speak)
     hand = Hand()
     wait_until(lambda: "did not acknowledge 'configure'" in hand.grasp('close').error, 10, 'an error')
-    sent = commands.all()
-    assert {(message.id, message.sender) for message in sent} >= {(65538, 'gripper_configure'), (65538, 'gripper_stop')}
+    sent = []
+
+    def senders():
+        sent.extend(commands.all())
+        return {message.sender for message in sent}
+    wait_until(lambda: senders() >= {'gripper_configure', 'gripper_stop'}, 5, 'the commands')
+    assert {message.id for message in sent} == {65538}
     assert all(0 < message.sequence <= 0x7fffffff for message in sent)
 
 

@@ -1,6 +1,51 @@
 //! Directions of surfaces.
 
-use nalgebra::{Matrix3, SymmetricEigen, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
+
+use crate::voxel::{Grid, VoxelError};
+
+/// Fewer points than these in a patch make a normal of noise.
+const PATCH_POINTS_MIN: usize = 6;
+/// A patch is flat if the variance across it is below this share of that along its shorter side. Noise of 0.9 mm, that of
+/// a D435i at half a metre, makes 0.15 of a patch of 8 mm.
+const FLAT_BELOW: f64 = 0.15;
+
+/// The unit normal of the surface at each point (m): that of the plane through its patch, the points in the same cube of
+/// side `patch_m`. Which of the two sides it looks to is not determined. `None` where a patch is not flat, or has fewer
+/// than six points.
+///
+/// One plane a cube costs a hundredth of one plane a point.
+///
+/// # Errors
+/// A side that is not positive, or a point too far from the origin for it.
+pub fn of_patches(
+    points: &[Point3<f32>],
+    patch_m: f32,
+) -> Result<Vec<Option<Vector3<f32>>>, VoxelError> {
+    let mut patches = Grid::new(patch_m)?;
+    patches.extend(points)?;
+    let patch_of: Vec<Option<usize>> = points.iter().map(|point| patches.cell_of(point)).collect();
+    let mut moments = vec![Moments::default(); patches.len()];
+    for (point, patch) in points.iter().zip(&patch_of) {
+        if let Some(patch) = *patch {
+            moments[patch].add(&point.coords.cast());
+        }
+    }
+    let normals: Vec<_> = moments.iter().map(Moments::flat_normal).collect();
+    Ok(patch_of.into_iter().map(|patch| normals[patch?]).collect())
+}
+
+/// The same normals, each turned to the side from which `eye` looks at its point (all in one frame, m).
+pub fn towards(eye: &Point3<f32>, points: &[Point3<f32>], normals: &mut [Option<Vector3<f32>>]) {
+    for (point, normal) in points.iter().zip(normals) {
+        if let Some(normal) = normal
+            .as_mut()
+            .filter(|normal| normal.dot(&(eye - point)) < 0.0)
+        {
+            *normal = -*normal;
+        }
+    }
+}
 
 /// Sums from which the plane through points follows, without keeping the points.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,6 +86,16 @@ impl Moments {
     pub fn covariance(&self) -> Matrix3<f64> {
         let mean = self.mean();
         self.products / self.count.max(1.0) - mean * mean.transpose()
+    }
+
+    /// The normal of a flat patch.
+    fn flat_normal(&self) -> Option<Vector3<f32>> {
+        if self.count() < PATCH_POINTS_MIN {
+            return None;
+        }
+        let plane = self.plane()?;
+        let is_flat = plane.variances[0] < FLAT_BELOW * plane.variances[1];
+        is_flat.then(|| plane.normal.into_inner().cast())
     }
 
     /// The best plane; `None` for fewer than three points, or for points on one line.
@@ -86,6 +141,30 @@ mod tests {
         let plane = moments(&points).plane().unwrap();
         assert!(plane.normal.dot(&normal).abs() > 1.0 - 1e-9);
         assert!(plane.variances[0] < 1e-9 && (plane.variances[2] - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_box_has_the_normals_of_its_sides_and_none_at_its_edges() {
+        let steps = || (0..24).map(|step| 0.002 * step as f32 + 0.0005);
+        let side = |x: f32, y: f32| [Point3::new(x, y, 0.0005), Point3::new(x, 0.0005, y)];
+        let points: Vec<Point3<f32>> = steps()
+            .flat_map(|x| steps().flat_map(move |y| side(x, y)))
+            .collect();
+        let eye = Point3::new(0.02, -0.3, -0.3);
+        let mut normals = of_patches(&points, 0.008).unwrap();
+        towards(&eye, &points, &mut normals);
+        for (point, normal) in points.iter().zip(&normals) {
+            let at_edge = point.y < 0.008 && point.z < 0.008;
+            let expected = if point.z < 0.001 {
+                -Vector3::z()
+            } else {
+                -Vector3::y()
+            };
+            assert_eq!(normal.is_none(), at_edge, "{point}: {normal:?}");
+            assert!(normal.is_none_or(|normal| normal.dot(&expected) > 0.999));
+        }
+        assert!(of_patches(&points, 0.0).is_err());
+        assert_eq!(of_patches(&points[..5], 0.008), Ok(vec![None; 5]));
     }
 
     #[test]

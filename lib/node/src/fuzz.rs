@@ -1,5 +1,5 @@
-//! What a hostile or broken peer may send, a million times: the decoders give a message or an error, and never panic, spin or
-//! take much memory.
+//! Fuzz test of the decoders: whatever a hostile or broken peer sends, they give a message or an error, and never panic, spin
+//! or take much memory.
 
 #![allow(clippy::unwrap_used)]
 

@@ -41,6 +41,9 @@ impl Default for CameraMount {
 
 impl CameraMount {
     /// Checks that the frames are named and the numbers plausible.
+    ///
+    /// # Errors
+    /// A frame without a name, or a place more than 2 m from its parent.
     pub fn validate(&self) -> Result<(), ParameterError> {
         for (name, frame) in [
             ("parent_frame", &self.parent_frame),

@@ -88,6 +88,8 @@ fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
         error: object.error,
         view_count: object.view_count,
         complete: object.complete,
+        registered_count: object.registered_count,
+        refused_count: object.refused_count,
         timing: object.timing,
         ..Default::default()
     };
@@ -97,6 +99,7 @@ fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
             nothing_into(model, &object.cloud, &mut result);
         } else {
             answer_into(model, &object.cloud, up, &mut result);
+            doubt_into(object.doubt, &mut result);
         }
     }
     report(&result);
@@ -107,9 +110,14 @@ fn report(result: &Classification) {
     let (scan_id, views) = (&result.scan_id, result.view_count);
     match (&result.error[..], &result.label[..]) {
         ("", "") => log::info!("scan {scan_id}: the hand is empty, by {views} view(s)"),
-        ("", label) => log::info!(
+        ("", label) if result.known => log::info!(
             "scan {scan_id}: {label} ({:.3}), by {views} view(s)",
             result.probability
+        ),
+        ("", label) => log::info!(
+            "scan {scan_id}: unknown, most like {label} ({:.3}), by {views} view(s): {}",
+            result.probability,
+            result.reason
         ),
         (error, _) => log::error!("scan {scan_id}: {error}"),
     }
@@ -119,6 +127,8 @@ fn report(result: &Classification) {
 fn nothing_into(model: &Mutex<Model>, cloud: &PointCloud2, result: &mut Classification) {
     let model = model.lock().unwrap_or_else(PoisonError::into_inner);
     result.point_count = cloud.width * cloud.height;
+    result.reason = "the hand holds nothing".to_owned();
+    result.known_threshold = model.metadata().known_threshold;
     result.provider = model.provider().into();
     result.model_id.clone_from(&model.metadata().run_id);
 }
@@ -144,7 +154,23 @@ fn answer_into(
     }
 }
 
+/// What is made of a scan that is not to be trusted is not known, whatever the model says.
+fn doubt_into(doubt: String, result: &mut Classification) {
+    if !doubt.is_empty() && result.error.is_empty() {
+        result.known = false;
+        result.reason = doubt;
+    }
+}
+
 fn fill(result: &mut Classification, answer: Answer) {
+    if !answer.known {
+        result.reason = format!(
+            "unlike everything that the model was trained on: its score {:.2} is below the threshold {:.2}",
+            answer.known_score, answer.known_threshold
+        );
+    }
+    result.known_score = answer.known_score;
+    result.known_threshold = answer.known_threshold;
     result.label = answer.label;
     result.probability = answer.probability;
     result.known = answer.known;

@@ -41,8 +41,12 @@ pub struct Answer {
     pub label: String,
     /// Its probability.
     pub probability: f64,
-    /// False: unlike everything that the model was trained on.
+    /// False: unlike everything that the model was trained on; the score is below the threshold.
     pub known: bool,
+    /// How much the cloud is like what the model was trained on: a logit, larger is more alike.
+    pub known_score: f64,
+    /// The model file's threshold of that score, the same for every cloud.
+    pub known_threshold: f64,
     /// All labels, in the model's order.
     pub labels: Vec<String>,
     /// Their probabilities; the sum is 1.
@@ -238,10 +242,13 @@ fn answer(
         .enumerate()
         .max_by(|a, b| a.1.total_cmp(b.1))
         .ok_or_else(|| ClassifyError::Output("nothing".to_owned()))?;
+    let known_score = f64::from(output.known_score);
     Ok(Answer {
         label: metadata.labels[best].clone(),
         probability,
-        known: f64::from(output.known_score) >= metadata.known_threshold,
+        known: known_score >= metadata.known_threshold,
+        known_score,
+        known_threshold: metadata.known_threshold,
         labels: metadata.labels.clone(),
         probabilities,
         timing,

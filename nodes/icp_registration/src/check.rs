@@ -1,7 +1,7 @@
 //! Which points are a view.
 
 use cloud::normals::Moments;
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 
 use crate::error::RegistrationError;
 
@@ -32,4 +32,12 @@ pub(crate) fn check_points(points: &[Point3<f32>], needed: usize) -> Result<(), 
         Some(_) => Ok(()),
         None => Err(RegistrationError::Collinear { count }),
     }
+}
+
+/// Refuses a pose of which a number is NaN or infinite.
+pub(crate) fn check_pose(pose: &Isometry3<f64>) -> Result<(), RegistrationError> {
+    let (shift, turn) = (&pose.translation.vector, &pose.rotation.coords);
+    let mut numbers = shift.iter().chain(turn.iter());
+    let is_finite = numbers.all(|number| number.is_finite());
+    is_finite.then_some(()).ok_or(RegistrationError::BadPose)
 }

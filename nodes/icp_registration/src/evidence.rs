@@ -2,15 +2,16 @@
 
 use nalgebra::Isometry3;
 
+use crate::visibility::Comparison;
+
 /// How a view was brought into the common cloud, and how well it fits there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewEvidence {
-    /// Maps the view's points into the common frame.
+    /// Maps the view's points into the common frame; of a view that was refused, its start.
     pub transform: Isometry3<f64>,
-    /// Whether what registration found was used. Otherwise the view keeps its start pose, if the kinematics gave it
-    /// one, or is left out.
+    /// Whether the view is in the cloud; otherwise it was refused.
     pub accepted: bool,
-    /// Why it was not accepted; empty if it was.
+    /// Why it was refused; empty if it was not.
     pub reason: String,
     /// What ended the search.
     pub stop_reason: StopReason,
@@ -29,6 +30,8 @@ pub struct ViewEvidence {
     pub correction_rad: f64,
     /// Of the six motions, how many the surfaces leave free and were therefore not corrected. Always 0 from identity.
     pub degenerate_directions: usize,
+    /// What it sees, compared with what the views before saw. Nothing changed where there are no kinematics.
+    pub comparison: Comparison,
 }
 
 impl ViewEvidence {
@@ -46,7 +49,15 @@ impl ViewEvidence {
             correction_m: 0.0,
             correction_rad: 0.0,
             degenerate_directions: 0,
+            comparison: Comparison::default(),
         }
+    }
+
+    /// Takes back that the view was accepted.
+    pub(crate) fn refuse(&mut self, reason: &str) {
+        self.accepted = false;
+        self.reason = reason.to_owned();
+        self.stop_reason = StopReason::Refused;
     }
 
     /// That of a view that touches none before it.

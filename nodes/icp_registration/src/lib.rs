@@ -7,12 +7,14 @@
 //! first one was, as in the paper (Sec. VI-C and its reference implementation).
 
 mod align;
+mod change;
 mod check;
 mod closed_form;
 mod correction;
 mod coverage;
 mod error;
 mod evidence;
+mod judge;
 mod matching;
 mod model;
 mod mount;
@@ -22,12 +24,17 @@ mod point_to_point;
 mod registrar;
 mod regrasp;
 mod rows;
+mod trust;
+mod visibility;
 
 pub use error::{RegisterError, RegistrationError};
 pub use evidence::{StopReason, ViewEvidence};
+pub use mount::Displacement;
 pub use parameters::{InitialGuess, Metric, Parameters};
 pub use registrar::{Registrar, register};
 pub use regrasp::{Hidden, Regrasp, RegraspError, regrasp};
+pub use trust::Count;
+pub use visibility::{Change, Comparison};
 
 #[cfg(test)]
 mod tests;

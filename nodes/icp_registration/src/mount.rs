@@ -5,17 +5,13 @@
 //! hand-eye calibration (Shiu & Ahmad 1989). The next view then starts where X puts it, not where kinematics do: an error
 //! of the mount that turns with the wrist would otherwise grow from view to view until it is out of bounds.
 
-use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+use hand_eye::{Equations, PATCHES_PER_VIEW, motion};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::observability::Certainty;
 
-/// How far the mount is off as a rule.
-const TURN_SIGMA_RAD: f64 = 0.026;
-const SHIFT_SIGMA_M: f64 = 0.008;
-/// How far a view's surface is off its place once it is registered, along its normal.
+/// How far a view's surface is off its place once it is registered, along its normal, m.
 const SURFACE_SIGMA_M: f64 = 0.001;
-/// A camera's errors are alike over a patch of its image: so many patches speak for themselves.
-const PATCHES: f64 = 30.0;
 
 /// What was learned from the views so far.
 #[derive(Debug, Clone, Default)]
@@ -25,6 +21,19 @@ pub(crate) struct MountError {
     seen: Vec<Seen>,
     /// X: camera as kinematics have it, from camera as it is.
     believed_from_actual: Isometry3<f64>,
+}
+
+/// About where the middle of an object is in the hand's frame.
+const OBJECT_MIDDLE: Point3<f64> = Point3::new(0.0, 0.0, 0.19);
+
+/// How far the hand's axis is from where kinematics and the mount put it: all that turns of the wrist tell of the mount
+/// that matters to the crop. How far the hand is off along its axis, they do not tell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Displacement {
+    /// Across the axis, at the height of the object, m.
+    pub sideways_m: f64,
+    /// Angle between the axes, rad.
+    pub tilt_rad: f64,
 }
 
 /// One view after the first.
@@ -70,6 +79,18 @@ impl MountError {
         }
     }
 
+    /// How far the hand is from where kinematics put it; `None` before a second view told.
+    pub(crate) fn displacement(&self) -> Option<Displacement> {
+        let first = self.first.filter(|_| !self.seen.is_empty())?;
+        let actual_from_believed = first * self.believed_from_actual * first.inverse();
+        let moved = actual_from_believed * OBJECT_MIDDLE - OBJECT_MIDDLE;
+        let axis = actual_from_believed * Vector3::z();
+        Some(Displacement {
+            sideways_m: moved.xy().norm(),
+            tilt_rad: axis.angle(&Vector3::z()),
+        })
+    }
+
     /// B = X⁻¹ A X.
     fn expected(&self, by_kinematics: &Isometry3<f64>) -> Isometry3<f64> {
         self.believed_from_actual.inverse() * by_kinematics * self.believed_from_actual
@@ -79,9 +100,9 @@ impl MountError {
     fn solve(&mut self, first: &Isometry3<f64>) {
         const STEPS: usize = 4;
         const SLOPE_STEP: f64 = 1e-6;
-        const WEIGHT: f64 = PATCHES / (SURFACE_SIGMA_M * SURFACE_SIGMA_M);
+        const WEIGHT: f64 = PATCHES_PER_VIEW / (SURFACE_SIGMA_M * SURFACE_SIGMA_M);
         for _ in 0..STEPS {
-            let (mut information, mut pull) = self.prior();
+            let mut equations = Equations::prior(&self.believed_from_actual);
             for seen in &self.seen {
                 let off = |moved: Vector6<f64>| self.off(first, seen, &moved);
                 let here = off(Vector6::zeros());
@@ -90,24 +111,12 @@ impl MountError {
                     slope.copy_from(&((off(Vector6::ith(column, SLOPE_STEP)) - here) / SLOPE_STEP));
                 }
                 let weighted = slopes.transpose() * seen.certainty.information * WEIGHT;
-                information += weighted * slopes;
-                pull -= weighted * here;
+                equations.add(&(weighted * slopes), &(-weighted * here));
             }
-            if let Some(cholesky) = information.cholesky() {
-                self.believed_from_actual *= motion(&cholesky.solve(&pull));
+            if let Some(step) = equations.step() {
+                self.believed_from_actual *= motion(&step);
             }
         }
-    }
-
-    fn prior(&self) -> (Matrix6<f64>, Vector6<f64>) {
-        let weight = |sigma: f64| 1.0 / (sigma * sigma);
-        let (turn, shift) = (weight(TURN_SIGMA_RAD), weight(SHIFT_SIGMA_M));
-        let weights = Vector6::new(turn, turn, turn, shift, shift, shift);
-        let turned = self.believed_from_actual.rotation.scaled_axis();
-        let shifted = self.believed_from_actual.translation.vector;
-        let amounts = Vector6::from_iterator(turned.iter().chain(shifted.iter()).copied());
-        let information = Matrix6::from_diagonal(&weights);
-        (information, -(information * amounts))
     }
 
     /// How far a view is from where X, moved a little, puts it, m: in the six motions that its certainty speaks of.
@@ -120,21 +129,9 @@ impl MountError {
     }
 }
 
-/// Turn (rad) and shift (m) as a motion.
-fn motion(amounts: &Vector6<f64>) -> Isometry3<f64> {
-    let turn: Vector3<f64> = amounts.fixed_rows::<3>(0).into();
-    let shift: Vector3<f64> = amounts.fixed_rows::<3>(3).into();
-    Isometry3::from_parts(
-        Translation3::from(shift),
-        UnitQuaternion::from_scaled_axis(turn),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use nalgebra::Point3;
-
     use super::*;
     use crate::observability::Twists;
     use crate::tests::scene::hand_from_camera;

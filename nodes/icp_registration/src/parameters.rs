@@ -1,5 +1,6 @@
 //! What a user can set.
 
+use hand_eye::HandRegion;
 use parameter::{ParameterError, Tunable, tunables};
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +60,21 @@ pub struct Parameters {
     /// Kinematic start: only points this near to the hand's axis are matched, m.
     pub rigid_radius_m: f64,
 
+    /// Kinematic start: from the hand's origin to the fingertips, m, as in roi_crop.
+    pub gripper_length_m: f64,
+    /// Kinematic start: largest share of the object that a view may miss, or show anew, where it and the views before
+    /// should see the same. Beyond it the object has changed, and the scan ends.
+    pub max_change: f64,
+    /// Kinematic start: the same share of the gripper. Beyond it the pose is wrong, which says nothing about the object.
+    pub max_gripper_change: f64,
+    /// A scan in which a view shares less of its points with those before is not to be trusted.
+    pub min_overlap: f64,
+    /// Kinematic start: farthest that the hand's axis may be from where kinematics and mount put it, m; beyond it the scan
+    /// is not to be trusted.
+    pub max_displacement_m: f64,
+    /// Kinematic start: the same for the angle between the axes, rad.
+    pub max_tilt_rad: f64,
+
     /// Identity start: farthest that a point may be from its neighbour, m.
     pub identity_max_correspondence_m: f64,
     /// Identity start: steps at most.
@@ -82,8 +98,14 @@ impl Default for Parameters {
             max_correction_m: 0.015,
             max_correction_rad: 8.0_f64.to_radians(),
             degenerate_below: 0.02,
-            rigid_above_m: 0.0,
-            rigid_radius_m: 0.15,
+            rigid_above_m: HandRegion::default().above_m,
+            rigid_radius_m: HandRegion::default().radius_m,
+            gripper_length_m: 0.1577,
+            max_change: 0.15,
+            max_gripper_change: 0.2,
+            min_overlap: 0.5,
+            max_displacement_m: 0.024,
+            max_tilt_rad: 3.0_f64.to_radians(),
             identity_max_correspondence_m: 0.01,
             identity_max_iterations: 1000,
             identity_relative_stop: 1e-6,
@@ -106,12 +128,29 @@ impl Parameters {
         degenerate_below: f64, 0.0..=1.0, "", "Kinematic start: motions that move surfaces less are left alone";
         rigid_above_m: f64, -1.0..=1.0, "m", "Kinematic start: only points above this plane are matched";
         rigid_radius_m: f64, 0.01..=10.0, "m", "Kinematic start: only points this near to the axis are matched";
+        gripper_length_m: f64, 0.0..=1.0, "m", "Kinematic start: from the hand's origin to the fingertips";
+        max_change: f64, 0.0..=1.0, "", "Kinematic start: the scan ends where more of the object is gone or new";
+        max_gripper_change: f64, 0.0..=1.0, "", "Kinematic start: a pose that changes more of the gripper is wrong";
+        min_overlap: f64, 0.0..=1.0, "", "A scan with a view that shares less with those before is doubted";
+        max_displacement_m: f64, 0.0..=1.0, "m", "Kinematic start: a hand farther from its place is doubted";
+        max_tilt_rad: f64, 0.0..=3.2, "rad", "Kinematic start: a hand tilted more from its place is doubted";
         identity_max_correspondence_m: f64, 0.0005..=0.5, "m", "Identity start: farthest neighbour";
         identity_max_iterations: usize, 1..=100_000, "", "Identity start: steps at most";
         identity_relative_stop: f64, 0.0..=0.1, "", "Identity start: it ends when a step changes less";
     };
 
-    /// Refuses what cannot be meant.
+    /// The part of the hand's frame that is matched and compared.
+    pub(crate) fn region(&self) -> HandRegion {
+        HandRegion {
+            above_m: self.rigid_above_m,
+            radius_m: self.rigid_radius_m,
+        }
+    }
+
+    /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// The first that is out of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut tunables = Self::TUNABLES.iter();
         tunables.try_for_each(|tunable| tunable.check(self))

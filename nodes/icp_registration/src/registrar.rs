@@ -5,14 +5,18 @@ use nalgebra::{Isometry3, Point3};
 use parameter::ParameterError;
 
 use crate::align::Alignment;
-use crate::check::check_points;
+use crate::change::{Sameness, same_object};
+use crate::check::{check_points, check_pose};
 use crate::coverage::Coverage;
 use crate::error::{RegisterError, RegistrationError};
-use crate::evidence::{StopReason, ViewEvidence};
+use crate::evidence::ViewEvidence;
+use crate::judge::judge;
 use crate::model::Model;
-use crate::mount::MountError;
+use crate::mount::{Displacement, MountError};
 use crate::observability::Certainty;
 use crate::parameters::{InitialGuess, Parameters};
+use crate::trust::Count;
+use crate::visibility::Sights;
 use crate::{correction, point_to_point};
 
 /// Registers the views of a scan one after the other.
@@ -21,12 +25,23 @@ pub struct Registrar {
     parameters: Parameters,
     model: Model,
     mount: MountError,
+    sights: Sights,
     coverage: Coverage,
+    count: Count,
     in_hand_frame: bool,
 }
 
+/// Where the search put a view: the evidence, and how exactly its place is known where kinematics gave the start.
+type Found = (ViewEvidence, Option<Certainty>);
+
+/// Why a view is refused that fits nowhere.
+const MISPLACED: &str = "neither object nor gripper is where the views before saw them; is the camera mount off, or did the arm move?";
+
 impl Registrar {
-    /// Checks the parameters.
+    /// Without views.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
         let voxel_m = parameters.voxel_m as f32;
@@ -34,122 +49,90 @@ impl Registrar {
             ParameterError::new("voxel_m", parameters.voxel_m, "a positive length in m")
         })?;
         Ok(Self {
-            parameters,
             model,
             mount: MountError::default(),
+            sights: Sights::new(parameters.region(), parameters.gripper_length_m),
             coverage: Coverage::default(),
+            count: Count::default(),
             in_hand_frame: false,
+            parameters,
         })
     }
 
-    /// Forgets all views.
-    pub fn reset(&mut self) {
-        // The grid of a registrar that exists was made before with the same size.
-        if let Ok(model) = Model::new(self.parameters.voxel_m as f32) {
-            self.model = model;
-        }
-        self.mount = MountError::default();
-        self.coverage = Coverage::default();
-        self.in_hand_frame = false;
-    }
-
-    /// Adds a view: points in m in the camera's frame, and where the kinematics say that the hand was.
+    /// Adds a view: points in m in the camera's optical frame, and hand_from_camera by kinematics.
     ///
-    /// A view that fails leaves the cloud as it was.
+    /// This is the registration of the paper (Sec. VI-C.3: iterated closest points, Besl and McKay 1992), from a start that
+    /// kinematics give. With Pₖ the points of view k, Aₖ its hand_from_camera by kinematics, and M the model, that is all
+    /// views before:
+    ///
+    /// 1. start: Tₖ = A₁ · X⁻¹ A₁⁻¹Aₖ X, where X is the mount's error as the views before told it (A X = X B, Shiu and Ahmad
+    ///    1989);
+    /// 2. search: the small motion ξ, along determined directions only (Zhang, Kaess and Singh 2016), with the least
+    ///    Σᵢ (nᵢ·(exp(ξ) Tₖ pᵢ − mᵢ))² over points pᵢ ∈ Pₖ with their nearest mᵢ ∈ M and its normal nᵢ (Chen and Medioni 1992),
+    ///    matched anew after each step;
+    /// 3. judgement: enough of the points fit, and ξ is within bounds, else the view is refused;
+    /// 4. visibility: the view sees what the views before saw, else the object has changed and the scan ends;
+    /// 5. fusion: M ← M ∪ exp(ξ) Tₖ Pₖ, thinned to one point a voxel, and X from all (Aₖ, exp(ξ) Tₖ).
+    ///
+    /// A view that is refused or fails leaves the cloud as it was.
+    ///
+    /// # Errors
+    /// Points without a surface, a pose that is no pose, or an object that is not the one that the views before saw.
     pub fn add_view(
         &mut self,
         points: &[Point3<f32>],
         hand_from_camera: Option<Isometry3<f64>>,
     ) -> Result<ViewEvidence, RegistrationError> {
         check_points(points, self.parameters.min_points)?;
-        let kinematic = self.start_pose(hand_from_camera)?;
-        let in_hand_frame = kinematic.is_some();
-        let start = kinematic.map_or_else(Isometry3::identity, |pose| self.mount.start(&pose));
+        let kinematic = self.kinematic(hand_from_camera)?;
         if self.model.is_empty() {
-            self.extend(points, &start)?;
-            self.in_hand_frame = in_hand_frame;
-            if let Some(pose) = kinematic {
-                self.mount.begin(&pose);
-                self.cover(points, &start);
-            }
-            return Ok(ViewEvidence::first_view(start, points.len()));
+            return self.begin(points, kinematic);
         }
-        let (evidence, certainty) = self.align(points, start)?;
-        // Without kinematics a refused view has no place in the cloud.
-        if evidence.accepted || in_hand_frame {
-            self.extend(points, &evidence.transform)?;
+        let start = kinematic.map_or_else(Isometry3::identity, |pose| self.mount.start(&pose));
+        let (mut evidence, certainty) = self.search(points, start)?;
+        if kinematic.is_some() {
+            self.see(points, &start, &mut evidence)?;
         }
-        if in_hand_frame {
-            self.cover(points, &evidence.transform);
+        self.count.add(&evidence);
+        if !evidence.accepted {
+            evidence.transform = start;
+            return Ok(evidence);
         }
-        if let (true, Some(pose), Some(certainty)) = (evidence.accepted, kinematic, certainty) {
+        self.fuse(points, &evidence.transform)?;
+        if let (Some(pose), Some(certainty)) = (kinematic, certainty) {
             self.mount.learn(&pose, &evidence.transform, certainty);
         }
         Ok(evidence)
     }
 
-    /// All views in the common frame, one point a voxel, m.
-    pub fn cloud(&self) -> Vec<Point3<f32>> {
-        self.model.points()
-    }
-
-    /// Over what angle about the hand's axis the views together have seen the surface of what it holds, rad; 0 without
-    /// kinematics.
-    pub fn coverage_rad(&self) -> f64 {
-        self.coverage.angle_rad()
-    }
-
-    /// Whether the common frame is the hand's; otherwise it is the first view's camera.
-    pub fn in_hand_frame(&self) -> bool {
-        self.in_hand_frame
-    }
-
-    /// The pose to start from; `None` for that of the first view.
-    fn start_pose(
-        &self,
-        hand_from_camera: Option<Isometry3<f64>>,
-    ) -> Result<Option<Isometry3<f64>>, RegistrationError> {
-        let pose = match self.parameters.initial_guess {
-            InitialGuess::Kinematic => hand_from_camera,
-            InitialGuess::Identity => None,
-        };
-        let numbers = pose.iter().flat_map(|pose| {
-            pose.translation
-                .vector
-                .iter()
-                .chain(pose.rotation.coords.iter())
-        });
-        if !numbers.into_iter().all(|number| number.is_finite()) {
-            return Err(RegistrationError::BadPose);
-        }
-        if !self.model.is_empty() && pose.is_some() != self.in_hand_frame {
-            return Err(RegistrationError::MixedPoses {
-                has_pose: pose.is_some(),
-            });
-        }
-        Ok(pose)
-    }
-
-    fn extend(
+    /// The first view makes the frame.
+    fn begin(
         &mut self,
         points: &[Point3<f32>],
-        transform: &Isometry3<f64>,
-    ) -> Result<(), RegistrationError> {
-        self.model
-            .extend(&transformed(transform, points))
-            .map_err(RegistrationError::TooLarge)
+        kinematic: Option<Isometry3<f64>>,
+    ) -> Result<ViewEvidence, RegistrationError> {
+        self.in_hand_frame = kinematic.is_some();
+        let start = kinematic.unwrap_or_else(Isometry3::identity);
+        self.fuse(points, &start)?;
+        if let Some(pose) = kinematic {
+            self.mount.begin(&pose);
+        }
+        let evidence = ViewEvidence::first_view(start, points.len());
+        self.count.add(&evidence);
+        Ok(evidence)
     }
 
-    fn align(
+    fn search(
         &self,
         points: &[Point3<f32>],
         start: Isometry3<f64>,
-    ) -> Result<(ViewEvidence, Option<Certainty>), RegistrationError> {
+    ) -> Result<Found, RegistrationError> {
+        let unmatched = || (ViewEvidence::unmatched(start), None);
         let sample = self.sample(points, &start)?;
         let Some(model) = self.model.searchable() else {
-            return Ok((ViewEvidence::unmatched(start), None));
+            return Ok(unmatched());
         };
-        let alignment = if self.in_hand_frame {
+        let alignment: Option<Alignment> = if self.in_hand_frame {
             let normals = self
                 .model
                 .normals(&model.points)
@@ -158,13 +141,28 @@ impl Registrar {
         } else {
             point_to_point::align(&sample, &model, &self.parameters)
         };
-        Ok(match alignment {
-            None => (ViewEvidence::unmatched(start), None),
-            Some(alignment) => {
-                let evidence = self.judge(&sample, start, &alignment);
-                (evidence, alignment.certainty)
-            }
-        })
+        let is_kinematic = self.in_hand_frame;
+        Ok(alignment.map_or_else(unmatched, |found| {
+            let evidence = judge(&sample, start, &found, is_kinematic, &self.parameters);
+            (evidence, found.certainty)
+        }))
+    }
+
+    /// Compares what the view sees with what the views before saw.
+    fn see(
+        &self,
+        points: &[Point3<f32>],
+        start: &Isometry3<f64>,
+        evidence: &mut ViewEvidence,
+    ) -> Result<(), RegistrationError> {
+        let compare = |pose| Ok(self.sights.compare(&self.sights.sight(points, pose)?));
+        let (found, start) = (compare(&evidence.transform)?, compare(start)?);
+        evidence.comparison = found;
+        match same_object(&found, &start, evidence.correction_m, &self.parameters)? {
+            Sameness::Misplaced if evidence.accepted => evidence.refuse(MISPLACED),
+            Sameness::Misplaced | Sameness::Same => {}
+        }
+        Ok(())
     }
 
     /// The view's points that are matched, where the start pose puts them.
@@ -175,7 +173,8 @@ impl Registrar {
     ) -> Result<Vec<Point3<f32>>, RegistrationError> {
         let mut placed = transformed(start, points);
         if self.in_hand_frame {
-            placed.retain(|point| self.turns_with_hand(point));
+            let region = self.parameters.region();
+            placed.retain(|point| region.holds(point));
         }
         let thinned = voxel::downsample(&placed, self.parameters.voxel_m as f32)
             .map_err(RegistrationError::TooLarge)?;
@@ -183,97 +182,85 @@ impl Registrar {
         Ok(thinned.into_iter().step_by(step).collect())
     }
 
-    /// Whether a point of the hand frame belongs to gripper or object.
-    fn turns_with_hand(&self, point: &Point3<f32>) -> bool {
-        let radius_m = self.parameters.rigid_radius_m as f32;
-        point.z > self.parameters.rigid_above_m as f32
-            && point.xy().coords.norm_squared() < radius_m * radius_m
+    /// Adds the points to the model, and what they show to what was seen.
+    fn fuse(
+        &mut self,
+        points: &[Point3<f32>],
+        transform: &Isometry3<f64>,
+    ) -> Result<(), RegistrationError> {
+        let sight = self.sights.sight(points, transform)?;
+        let mut placed = transformed(transform, points);
+        self.model
+            .extend(&placed)
+            .map_err(RegistrationError::TooLarge)?;
+        if self.in_hand_frame {
+            self.sights.push(sight);
+            let region = self.parameters.region();
+            placed.retain(|point| region.holds(point));
+            let camera = Point3::from(transform.translation.vector).cast();
+            self.coverage.add(&placed, &camera);
+        }
+        Ok(())
     }
 
-    fn cover(&mut self, points: &[Point3<f32>], hand_from_camera: &Isometry3<f64>) {
-        let camera = Point3::from(hand_from_camera.translation.vector).cast();
-        let mut placed = transformed(hand_from_camera, points);
-        placed.retain(|point| self.turns_with_hand(point));
-        self.coverage.add(&placed, &camera);
-    }
-
-    /// Accepts the alignment or says why not.
-    fn judge(
+    /// The pose to start from; `None` for that of the first view.
+    fn kinematic(
         &self,
-        sample: &[Point3<f32>],
-        start: Isometry3<f64>,
-        alignment: &Alignment,
-    ) -> ViewEvidence {
-        let middle: Point3<f64> = cloud::centroid(sample)
-            .unwrap_or_else(Point3::origin)
-            .cast();
-        let correction_m = (alignment.motion * middle - middle).norm();
-        let correction_rad = alignment.motion.rotation.angle();
-        let reason = self.refusal(alignment, correction_m, correction_rad);
-        let accepted = reason.is_none();
-        let stop_reason = match (accepted, alignment.converged) {
-            (false, _) => StopReason::Refused,
-            (true, true) => StopReason::Converged,
-            (true, false) => StopReason::IterationLimit,
+        hand_from_camera: Option<Isometry3<f64>>,
+    ) -> Result<Option<Isometry3<f64>>, RegistrationError> {
+        let pose = match self.parameters.initial_guess {
+            InitialGuess::Kinematic => hand_from_camera,
+            InitialGuess::Identity => None,
         };
-        ViewEvidence {
-            transform: if accepted {
-                alignment.motion * start
-            } else {
-                start
-            },
-            accepted,
-            reason: reason.unwrap_or_default(),
-            stop_reason,
-            fitness: alignment.fit.fitness,
-            rmse_m: alignment.fit.rmse_m,
-            inliers: alignment.fit.inliers,
-            iterations: alignment.iterations,
-            correction_m,
-            correction_rad,
-            degenerate_directions: alignment.degenerate_directions,
+        pose.as_ref().map_or(Ok(()), check_pose)?;
+        if !self.model.is_empty() && pose.is_some() != self.in_hand_frame {
+            return Err(RegistrationError::MixedPoses {
+                has_pose: pose.is_some(),
+            });
         }
+        Ok(pose)
     }
 
-    fn refusal(
-        &self,
-        alignment: &Alignment,
-        correction_m: f64,
-        correction_rad: f64,
-    ) -> Option<String> {
+    /// All accepted views in the common frame, one point a voxel, m.
+    pub fn cloud(&self) -> Vec<Point3<f32>> {
+        self.model.points()
+    }
+
+    /// Over what angle about the hand's axis the accepted views together have seen the surface of what it holds, rad; 0
+    /// without kinematics.
+    pub fn coverage_rad(&self) -> f64 {
+        self.coverage.angle_rad()
+    }
+
+    /// Whether the common frame is the hand's; otherwise it is the first view's camera.
+    pub fn in_hand_frame(&self) -> bool {
+        self.in_hand_frame
+    }
+
+    /// How many views are in the cloud, and how many were refused.
+    pub fn count(&self) -> &Count {
+        &self.count
+    }
+
+    /// How far the hand is from where kinematics and the camera mount put it; `None` before a second view told.
+    pub fn displacement(&self) -> Option<Displacement> {
+        self.mount.displacement()
+    }
+
+    /// Why the cloud is not to be trusted; `None` where it is.
+    pub fn doubt(&self) -> Option<String> {
         let limits = &self.parameters;
-        let (fitness, min_fitness) = (alignment.fit.fitness, limits.min_fitness);
-        if fitness < min_fitness {
-            return Some(format!(
-                "only a share of {fitness:.2} of its points fits, below min_fitness {min_fitness}"
-            ));
-        }
-        if !self.in_hand_frame {
-            return None;
-        }
-        if correction_m > limits.max_correction_m {
-            let (moved_mm, limit_mm) = (1e3 * correction_m, 1e3 * limits.max_correction_m);
-            return Some(format!(
-                "it would be moved by {moved_mm:.1} mm, max_correction_m allows {limit_mm:.1} mm"
-            ));
-        }
-        if correction_rad > limits.max_correction_rad {
-            let (turned, limit) = (
-                correction_rad.to_degrees(),
-                limits.max_correction_rad.to_degrees(),
-            );
-            return Some(format!(
-                "it would be turned by {turned:.1}°, max_correction_rad allows {limit:.1}°"
-            ));
-        }
-        None
+        let displaced = || limits.displaced(&self.displacement()?);
+        self.count.doubt(limits).or_else(displaced)
     }
 }
 
 /// Registers all views of a scene at once.
 ///
-/// Returns the common cloud (m) and the evidence of each view; or the index of the view that cannot be registered, and
-/// why.
+/// Returns the common cloud (m) and the evidence of each view.
+///
+/// # Errors
+/// A parameter out of its range, or the index of the view that cannot be registered, and why.
 pub fn register<'a>(
     parameters: Parameters,
     views: impl IntoIterator<Item = (&'a [Point3<f32>], Option<Isometry3<f64>>)>,

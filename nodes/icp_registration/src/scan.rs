@@ -22,7 +22,10 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Without views. Fails on bad parameters.
+    /// Without views.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
     pub fn new(
         parameters: Parameters,
         scan_id: String,
@@ -129,6 +132,7 @@ impl Scan {
         } else {
             Vec::new()
         };
+        let displacement = self.registrar.displacement();
         RegisteredCloud {
             header: self.header.clone(),
             scan_id: self.scan_id.clone(),
@@ -136,6 +140,11 @@ impl Scan {
             count: self.count,
             view_count: self.views.len() as u32,
             complete: self.is_complete(),
+            registered_count: self.registrar.count().registered,
+            refused_count: self.registrar.count().refused,
+            doubt: self.registrar.doubt().unwrap_or_default(),
+            displacement: displacement.map_or(0.0, |hand| hand.sideways_m),
+            tilt: displacement.map_or(0.0, |hand| hand.tilt_rad),
             in_hand_frame: self.registrar.in_hand_frame(),
             views: self.views.clone(),
             coverage: self.registrar.coverage_rad(),
@@ -174,6 +183,8 @@ fn describe(index: u32, wrist_angle: f64, evidence: ViewEvidence) -> ViewRegistr
         correction_translation: evidence.correction_m,
         correction_rotation: evidence.correction_rad,
         degenerate_directions: evidence.degenerate_directions as u32,
+        object_gone: evidence.comparison.object.gone,
+        object_new: evidence.comparison.object.new,
     }
 }
 

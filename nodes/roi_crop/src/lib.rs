@@ -68,13 +68,19 @@ pub struct Cropper {
 }
 
 impl Cropper {
-    /// Checks the parameters.
+    /// With these settings.
+    ///
+    /// # Errors
+    /// A parameter out of its range.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
         Ok(Self { parameters })
     }
 
-    /// The object in a cloud (m).
+    /// The object in a cloud (m, in the frame that `frame` names).
+    ///
+    /// # Errors
+    /// No points, a point that is not finite, or nothing left of them.
     pub fn crop(&self, points: &[Point3<f32>], frame: Frame) -> Result<Crop, CropError> {
         if points.is_empty() {
             return Err(CropError::Empty);

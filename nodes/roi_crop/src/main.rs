@@ -104,6 +104,9 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud, opening_m: Option<f64
         error: registered.error.clone(),
         view_count: registered.view_count,
         complete: registered.complete,
+        registered_count: registered.registered_count,
+        refused_count: registered.refused_count,
+        doubt: registered.doubt.clone(),
         in_hand_frame: registered.in_hand_frame,
         timing: registered.timing.clone(),
         ..Default::default()

@@ -81,7 +81,10 @@ impl Parameters {
         min_points: usize, 1..=1_000_000, "", "What has fewer points is an empty hand";
     };
 
-    /// Refuses what cannot be meant.
+    /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// The first that is out of it.
     pub fn validate(&self) -> Result<(), ParameterError> {
         for tunable in Self::TUNABLES {
             tunable.check(self)?;

@@ -154,7 +154,12 @@ impl Scene {
         if answer.scan_id != self.scan_id || !answer.error.is_empty() {
             return;
         }
-        let words = answer_words(&answer.label, answer.probability, answer.known);
+        let words = answer_words(
+            &answer.label,
+            answer.probability,
+            answer.known,
+            &answer.reason,
+        );
         let (frame, place) = &self.answer_place;
         self.words
             .draw(marker::text(("answer", 0), frame, place, &words));

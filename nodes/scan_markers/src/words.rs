@@ -13,16 +13,24 @@ const KNOWN: [f32; 3] = [0.35, 1.0, 0.45];
 const UNKNOWN: [f32; 3] = [1.0, 0.65, 0.2];
 const PLAIN: [f32; 3] = [0.85, 0.85, 0.85];
 
-/// What the object is, as far as is known; an empty label: the hand is empty.
-pub fn answer_words(label: &str, probability: f64, known: bool) -> Words {
+/// What the object is, as far as is known; an empty label: the hand is empty. Of `reason`, why it is not known, what stands
+/// before its first comma, colon, semicolon or bracket goes into a second line.
+pub fn answer_words(label: &str, probability: f64, known: bool, reason: &str) -> Words {
     let percent = 100.0 * probability;
     let (text, colour) = match (label, known) {
         ("", _) => ("empty hand".into(), PLAIN),
         (label, true) => (format!("{label}  {percent:.1} %  known"), KNOWN),
-        (label, false) => (
-            format!("unknown, most like {label}  {percent:.1} %"),
-            UNKNOWN,
-        ),
+        (label, false) => {
+            let brief = reason
+                .split([',', ':', ';', '('])
+                .next()
+                .unwrap_or_default();
+            let text = format!(
+                "unknown, most like {label}  {percent:.1} %\n{}",
+                brief.trim()
+            );
+            (text.trim_end().to_owned(), UNKNOWN)
+        }
     };
     Words { text, colour }
 }
@@ -47,13 +55,16 @@ mod tests {
     #[test]
     fn known_unknown_and_nothing_are_told_apart() {
         assert_eq!(
-            answer_words("tiny-ball", 0.9876, true).text,
+            answer_words("tiny-ball", 0.9876, true, "").text,
             "tiny-ball  98.8 %  known"
         );
-        let unknown = answer_words("tiny-ball", 0.5, false);
-        assert_eq!(unknown.text, "unknown, most like tiny-ball  50.0 %");
+        let unknown = answer_words("tiny-ball", 0.5, false, "the mount is off: by 3 mm");
+        assert_eq!(
+            unknown.text,
+            "unknown, most like tiny-ball  50.0 %\nthe mount is off"
+        );
         assert_ne!(unknown.colour, KNOWN);
-        assert_eq!(answer_words("", 0.0, false).text, "empty hand");
+        assert_eq!(answer_words("", 0.0, false, "").text, "empty hand");
     }
 
     #[test]

@@ -142,7 +142,11 @@ impl World {
         let side = Side::Left;
         let robot = &mut self.bench.robot;
         let coin = self.random.random_bool(0.5);
+        let held_up = self.stalled > 0 || self.delayed > 0;
         let text = match self.random.random_range(0..24) {
+            // What a robot has no way to tell apart, or to say: it is no matter of the commander's.
+            13 | 14 if held_up => return,
+            6 | 8..11 if coin && !self.bench.silent.is_empty() => return,
             0 | 16..24 => return self.request(),
             4 => return self.end(MotionError::Stopped),
             5 => {

@@ -112,6 +112,9 @@ impl Robot {
 
     /// Moves time on by `dt_s`, in controller periods of at most 1 ms.
     pub fn step(&mut self, dt_s: f64) {
+        if dt_s <= 0.0 {
+            return;
+        }
         let periods = (dt_s / STEP_MAX_S).ceil().max(1.0);
         for _ in 0..periods as usize {
             self.step_once(dt_s / periods);

@@ -183,11 +183,15 @@ fn read_kind(node: Node, name: &str) -> Result<JointKind, UrdfError> {
 
 fn read_limits(node: Node, name: &str) -> Result<Limits, UrdfError> {
     let element = child(node, "limit").ok_or_else(|| lacks(name, "limit"))?;
-    Ok(Limits {
+    let limits = Limits {
         lower: number(element, name, "lower")?,
         upper: number(element, name, "upper")?,
         velocity: number(element, name, "velocity")?,
-    })
+    };
+    if limits.lower > limits.upper || limits.velocity < 0.0 {
+        return Err(invalid(name, "limit", format!("{limits:?}")));
+    }
+    Ok(limits)
 }
 
 fn read_origin(node: Node, name: &str) -> Result<Isometry3<f64>, UrdfError> {

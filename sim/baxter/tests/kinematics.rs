@@ -212,3 +212,14 @@ fn limits_of_the_description_are_those_that_all_programs_know() {
         }
     }
 }
+
+#[test]
+fn limits_that_no_angle_keeps_are_refused_by_the_joints_name() {
+    let upside_down = Urdf::BAXTER.replacen("lower=\"-3.059\"", "lower=\"4.0\"", 1);
+    assert_ne!(upside_down, Urdf::BAXTER);
+    let error = Urdf::parse(&upside_down).unwrap_err();
+    assert!(
+        matches!(error, UrdfError::Invalid { what: "limit", .. }),
+        "{error}"
+    );
+}

@@ -5,6 +5,7 @@
 
 mod exposure;
 mod messages;
+mod scan_watch;
 mod world;
 
 use std::process::ExitCode;
@@ -24,6 +25,7 @@ use msg::sensor_msgs::{CameraInfo, Image};
 use msg::std_msgs::Float64;
 use node::transforms::TransformError;
 use node::{Expect, Latch, Level, Node, Publisher, Server, Subscriber};
+use scan_watch::ScanWatch;
 use sim_camera::{Grip, Held, Parameters, Playback};
 use tokio::sync::mpsc::{Receiver, channel};
 use tokio::time::{MissedTickBehavior, interval};
@@ -145,12 +147,17 @@ fn offer_hold_object(
         hand.send(Float64 { data });
     };
     tell(&world.lock().unwrap_or_else(PoisonError::into_inner));
+    let watch = ScanWatch::listen(node)?;
     let hold = move |request: HoldObjectReq| {
-        let result = held(kind, &request).map(|held| {
+        let result = held(kind, &request).and_then(|held| {
+            if !request.during_scan {
+                watch.refuse_during_scan()?;
+            }
             let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
             world.hold(held);
             tell(&world);
             log::info!("holding '{}'", request.object);
+            Ok(())
         });
         let error = result
             .err()

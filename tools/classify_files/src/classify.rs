@@ -96,7 +96,7 @@ pub fn classify_views(
 }
 
 impl Classified {
-    /// One object for programs: `label`, `known`, `probabilities` by label, `timing_ms`, `views`.
+    /// One object for programs: `label`, `known` with its score and threshold, `probabilities` by label, `timing_ms`, `views`.
     pub fn to_json(&self, model: &Model) -> Value {
         let answer = &self.answer;
         let timing = [
@@ -123,6 +123,8 @@ impl Classified {
             "label": answer.label,
             "probability": answer.probability,
             "known": answer.known,
+            "known_score": answer.known_score,
+            "known_threshold": answer.known_threshold,
             "probabilities": probabilities.map(|(label, p)| (label.clone(), json!(p)))
                 .collect::<serde_json::Map<_, _>>(),
             "timing_ms": {

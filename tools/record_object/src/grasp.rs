@@ -83,7 +83,7 @@ impl fmt::Display for Grasp {
         if self.refused_views > 0 {
             write!(
                 f,
-                "; registration refused {} of them, which lie where the kinematics say",
+                "; registration refused {} of them, which are left out",
                 self.refused_views
             )?;
         }
@@ -123,7 +123,7 @@ mod tests {
         let grasp = Grasp::of(&scan(), Classification::default(), 3).unwrap();
         assert_eq!(
             grasp.to_string(),
-            "turned by 344°, 3 views show 360° of 360°; registration refused 1 of them, which lie where the kinematics say; \
+            "turned by 344°, 3 views show 360° of 360°; registration refused 1 of them, which are left out; \
              the running model says: the hand is empty, by 0 views"
         );
     }

@@ -5,15 +5,19 @@ use serde_json::{Map, Value, json};
 
 /// One line for a person.
 pub fn to_text(answer: &Classification) -> String {
-    let views = match answer.view_count {
-        1 => "1 view".into(),
-        count => format!("{count} views"),
+    let views = match (answer.view_count, answer.refused_count) {
+        (1, _) => "1 view".into(),
+        (count, 0) => format!("{count} views"),
+        (count, refused) => format!("{} of {count} views", count.saturating_sub(refused)),
     };
     let percent = 100.0 * answer.probability;
     match (&answer.label[..], answer.known) {
         ("", _) => format!("the hand is empty, by {views}"),
         (label, true) => format!("{label}, {percent:.1} %, by {views}"),
-        (label, false) => format!("unknown, most like {label} ({percent:.1} %), by {views}"),
+        (label, false) => format!(
+            "unknown, most like {label} ({percent:.1} %), by {views}: {}",
+            answer.reason
+        ),
     }
 }
 
@@ -23,9 +27,14 @@ pub fn to_json(answer: &Classification) -> Value {
         "scan_id": answer.scan_id,
         "label": answer.label,
         "known": answer.known,
+        "reason": answer.reason,
+        "known_score": answer.known_score,
+        "known_threshold": answer.known_threshold,
         "probability": answer.probability,
         "probabilities": probabilities(answer),
         "view_count": answer.view_count,
+        "registered_count": answer.registered_count,
+        "refused_count": answer.refused_count,
         "point_count": answer.point_count,
         "provider": answer.provider,
         "model_id": answer.model_id,
@@ -65,9 +74,11 @@ mod tests {
         };
         assert_eq!(to_text(&answer), "small-cup, 98.8 %, by 3 views");
         answer.known = false;
+        answer.refused_count = 1;
+        answer.reason = "it is unlike them".into();
         assert_eq!(
             to_text(&answer),
-            "unknown, most like small-cup (98.8 %), by 3 views"
+            "unknown, most like small-cup (98.8 %), by 2 of 3 views: it is unlike them"
         );
         answer.label.clear();
         answer.view_count = 1;

@@ -22,6 +22,10 @@ struct Description<'a> {
     scan_id: &'a str,
     label: &'a str,
     known: bool,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    reason: &'a str,
+    known_score: f64,
+    known_threshold: f64,
     probability: f64,
     probabilities: BTreeMap<&'a str, f64>,
     model_id: &'a str,
@@ -128,6 +132,9 @@ impl Folder {
             scan_id: &answer.scan_id,
             label: &answer.label,
             known: answer.known,
+            reason: &answer.reason,
+            known_score: answer.known_score,
+            known_threshold: answer.known_threshold,
             probability: answer.probability,
             probabilities: answer
                 .labels

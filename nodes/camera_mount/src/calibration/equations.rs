@@ -1,10 +1,10 @@
 //! The linear equations of one step: how far each point of a view is from another view's surface, and which motion of
 //! the mount would bring it there.
 
-use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+use hand_eye::PATCHES_PER_VIEW;
+use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
 
 use super::surface::Surface;
-use super::{prior_scale, turn_and_shift};
 
 /// Cosine of the largest angle between the normals of a pair.
 const ALIKE: f64 = 0.8;
@@ -14,8 +14,6 @@ const ROBUST_M: f64 = 0.0015;
 const AGREEMENT_M: f64 = 0.003;
 /// A point whose neighbour lies farther aside than this hangs over the edge of what the other view has seen, m.
 const ASIDE_M: f64 = 0.004;
-/// A camera's errors are alike over a patch of its image: so many patches speak for themselves.
-const PATCHES_PER_VIEW: f64 = 30.0;
 
 /// Sums over all pairs of points of all pairs of views.
 #[derive(Debug, Clone, Default)]
@@ -62,24 +60,13 @@ impl Equations {
         (self.square_sum / self.weight.max(f64::MIN_POSITIVE)).sqrt()
     }
 
-    /// The motion of the mount, beyond `found`, that fits best: turn (rad), shift (m). What the views say nothing about
-    /// stays as it was believed to be.
-    pub(super) fn step(&self, found: &Isometry3<f64>) -> Option<Vector6<f64>> {
+    /// The normal equations of a step from `found`, prior included. What the views say nothing about stays as it was
+    /// believed to be.
+    pub(super) fn with_prior(&self, found: &Isometry3<f64>) -> hand_eye::Equations {
         let scale = self.independent_share();
-        let prior = prior_scale().map(|sigma| sigma.powi(-2));
-        let information = self.information * scale + Matrix6::from_diagonal(&prior);
-        let pull = self.pull * scale - prior.component_mul(&amounts(found));
-        information.cholesky().map(|cholesky| cholesky.solve(&pull))
-    }
-
-    /// Of the motion found.
-    pub(super) fn covariance(&self) -> Matrix6<f64> {
-        let prior = prior_scale().map(|sigma| sigma.powi(-2));
-        let information =
-            self.information * self.independent_share() + Matrix6::from_diagonal(&prior);
-        let covariance = information.cholesky().map(|cholesky| cholesky.inverse());
-        covariance
-            .unwrap_or_else(|| Matrix6::from_diagonal(&prior_scale().map(|sigma| sigma * sigma)))
+        let mut equations = hand_eye::Equations::prior(found);
+        equations.add(&(self.information * scale), &(self.pull * scale));
+        equations
     }
 
     /// Turns sums over pairs into information: independent measurements over the variance of each, a pair.
@@ -129,18 +116,3 @@ impl Equations {
 
 /// No camera is better than this, m²; clouds without noise would give no variance.
 const VARIANCE_MIN_M2: f64 = 1e-8;
-
-/// Turn (rad) and shift (m) as a motion.
-pub(super) fn motion(amounts: &Vector6<f64>) -> Isometry3<f64> {
-    let (turn, shift) = turn_and_shift(amounts);
-    Isometry3::from_parts(
-        Translation3::from(shift),
-        UnitQuaternion::from_scaled_axis(turn),
-    )
-}
-
-/// A motion as turn and shift.
-fn amounts(motion: &Isometry3<f64>) -> Vector6<f64> {
-    let (turn, shift) = (motion.rotation.scaled_axis(), motion.translation.vector);
-    Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
-}

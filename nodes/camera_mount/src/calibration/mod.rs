@@ -11,6 +11,8 @@
 mod equations;
 mod surface;
 
+pub use hand_eye::turn_and_shift;
+use hand_eye::{motion, prior_sigmas};
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 use equations::Equations;
@@ -84,10 +86,6 @@ pub enum CalibrationError {
     },
 }
 
-/// How far a mount measured by hand is off as a rule, about each axis and along it.
-pub const TURN_SIGMA_RAD: f64 = 0.05;
-/// See [`TURN_SIGMA_RAD`].
-pub const SHIFT_SIGMA_M: f64 = 0.02;
 /// Distances over which points are matched, m, and how often: first what may be far off, then what is near.
 const SEARCH: [(f32, usize); 4] = [(0.020, 8), (0.010, 6), (0.005, 6), (0.003, 10)];
 /// Pairs of points without which nothing is said.
@@ -122,10 +120,10 @@ pub fn calibrate(sweeps: &[Vec<View>]) -> Result<Calibration, CalibrationError> 
                 });
             }
             before_m.get_or_insert(equations.rms_m());
-            let Some(step) = equations.step(&found) else {
+            let Some(step) = equations.with_prior(&found).step() else {
                 break;
             };
-            found *= equations::motion(&step);
+            found *= motion(&step);
             if step.norm() < STILL {
                 break;
             }
@@ -139,7 +137,7 @@ pub fn calibrate(sweeps: &[Vec<View>]) -> Result<Calibration, CalibrationError> 
         });
     }
     let after_m = equations.rms_m();
-    let covariance = equations.covariance();
+    let covariance = equations.with_prior(&found).covariance();
     Ok(Calibration {
         believed_from_actual: found,
         covariance,
@@ -168,15 +166,10 @@ fn surfaces_of(sweep: &[View], first_number: usize) -> Result<Vec<Surface>, Cali
         .collect()
 }
 
-/// Turns and shifts in units of what was known before, so that they compare.
-fn prior_scale() -> Vector6<f64> {
-    let (turn, shift) = (TURN_SIGMA_RAD, SHIFT_SIGMA_M);
-    Vector6::new(turn, turn, turn, shift, shift, shift)
-}
-
+/// Motions whose standard deviation is no small share of what was known before.
 fn open_motions(covariance: &Matrix6<f64>) -> Vec<Vector6<f64>> {
-    let scale = Matrix6::from_diagonal(&prior_scale());
-    let inverse = Matrix6::from_diagonal(&prior_scale().map(f64::recip));
+    let scale = Matrix6::from_diagonal(&prior_sigmas());
+    let inverse = Matrix6::from_diagonal(&prior_sigmas().map(f64::recip));
     let eigen = (inverse * covariance * inverse).symmetric_eigen();
     let motions = eigen
         .eigenvalues
@@ -216,14 +209,6 @@ impl Calibration {
             .map(|variance| variance.max(0.0).sqrt());
         turn_and_shift(&sigmas)
     }
-}
-
-/// The two halves of a motion's amounts: rad, m.
-pub fn turn_and_shift(amounts: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        amounts.fixed_rows::<3>(0).into(),
-        amounts.fixed_rows::<3>(3).into(),
-    )
 }
 
 #[cfg(test)]

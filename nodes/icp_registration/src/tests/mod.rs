@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
+mod changed;
 mod identity;
 mod kinematic;
 mod laws;

@@ -71,7 +71,7 @@ fn bad_or_mixed_poses_are_refused() {
             .contains("this view has no kinematic pose"),
         "{mixed}"
     );
-    registrar.reset();
+    let mut registrar = Registrar::new(Parameters::default()).unwrap();
     registrar.add_view(&block, None).unwrap();
     let mixed = registrar
         .add_view(&block, Some(Isometry3::identity()))

@@ -1,0 +1,53 @@
+//! Whether a view shows the object that the views before showed, where they showed it.
+
+use crate::error::RegistrationError;
+use crate::parameters::Parameters;
+use crate::visibility::Comparison;
+
+/// What a comparison with the views before says of a view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sameness {
+    /// It shows the same object and gripper.
+    Same,
+    /// It fits the views before in no pose that was tried, gripper and all.
+    Misplaced,
+}
+
+/// Compares a view with the views before: `found` in the pose that the search found, `start` in the one that kinematics and
+/// mount gave.
+///
+/// The gripper is the same in all views, so that it tells a pose that is wrong (it is contradicted, too) from an object that
+/// has changed (only the object is contradicted), and from one that has moved in the fingers (the pose that fits the object
+/// does not fit the gripper).
+///
+/// # Errors
+/// The object is gone, is another, moved in the fingers, or was put in meanwhile.
+pub(crate) fn same_object(
+    found: &Comparison,
+    start: &Comparison,
+    correction_m: f64,
+    limits: &Parameters,
+) -> Result<Sameness, RegistrationError> {
+    let differs = |comparison: &Comparison| comparison.object.largest() > limits.max_change;
+    let fits_gripper =
+        |comparison: &Comparison| comparison.gripper.largest() <= limits.max_gripper_change;
+    let pose = match (fits_gripper(found), fits_gripper(start)) {
+        (true, _) => found,
+        (false, true) if !differs(found) && differs(start) => {
+            let moved_m = correction_m;
+            return Err(RegistrationError::Slipped { moved_m });
+        }
+        (false, true) => start,
+        (false, false) if differs(found) => return Ok(Sameness::Misplaced),
+        (false, false) => return Ok(Sameness::Same),
+    };
+    if !differs(pose) {
+        return Ok(Sameness::Same);
+    }
+    let [gone, new] = [pose.object.gone, pose.object.new];
+    Err(match (pose.was_empty, pose.is_empty) {
+        (false, true) => RegistrationError::Dropped { gone },
+        (true, false) => RegistrationError::PutIn { new },
+        (false, false) | (true, true) => RegistrationError::Swapped { gone, new },
+    })
+}
