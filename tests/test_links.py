@@ -8,9 +8,10 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, PointCloud2
 
+from camera import Camera, camera_info, depth_image
 from graph import Listener, within
 from processes import wait_until
-from tcpros import BrokenPublisher, MuteService
+from tcpros import BrokenPublisher, MuteService, StalledSubscriber
 
 
 def messages_heard(topic):
@@ -155,3 +156,15 @@ def test_a_command_link_is_left_alone(start):
     wait_until(lambda: publisher.dialled == 1, 10, 'link')
     rospy.sleep(12)
     assert publisher.dialled == 1
+
+
+def test_a_listener_that_stands_still_holds_up_nobody(start):
+    start('depth_threshold')
+    camera = Camera(depth_image(), camera_info())
+    stalled = StalledSubscriber('/points', PointCloud2, '/depth_threshold')
+    points = Listener('points', PointCloud2)
+    # Some 10 MB, of which the system keeps 5 at most for who does not read.
+    for _ in range(80):
+        points.next(timeout_s=2)
+    stalled.connection.close()
+    camera.close()

@@ -1,9 +1,23 @@
 //! What programs of the terminal say at the end, and their exit codes.
 
 use std::error::Error;
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+
+/// Prints results. A reader that has seen enough (`| head -1`) is no fault.
+///
+/// # Errors
+/// They cannot be written for another reason, like a full disk.
+pub fn print(results: impl Display) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    match write!(out, "{results}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("cannot print the results"),
+    }
+}
 
 /// 0 for success; otherwise 1, after saying what failed and why.
 pub fn exit_code(program: &str, result: Result<()>) -> ExitCode {

@@ -162,9 +162,9 @@ fn run(arguments: Arguments) -> Result<()> {
 
 fn print(summary: &Summary, json: bool) -> Result<()> {
     if json {
-        println!("{:#}", serde_json::to_value(summary)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(summary)?))?;
     } else {
-        print!("{}", summary.to_text());
+        program::print(summary.to_text())?;
     }
     Ok(())
 }

@@ -108,9 +108,9 @@ fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     if arguments.json {
-        println!("{:#}", classified.to_json(&model));
+        program::print(format_args!("{:#}\n", classified.to_json(&model)))?;
     } else {
-        print!("{}", classified.to_text(&model));
+        program::print(classified.to_text(&model))?;
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 use anyhow::{Result, ensure};
 use mesh::Mesh;
 use mesh::file::{MILLIMETRE, write_ply};
+use nalgebra::Point3;
 use sim_dataset::object::Source;
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,16 @@ impl Target {
         Ok(())
     }
 
+    /// Writes clouds (m) beside it, NAME.grasp_1.ply and so on, over those of an earlier try; gives the files' paths.
+    pub fn keep(&self, grasps: &[&[Point3<f32>]]) -> Result<Vec<PathBuf>> {
+        let write = |(at, points): (usize, &&[Point3<f32>])| {
+            let file = self.path.with_extension(format!("grasp_{}.ply", at + 1));
+            cloud::write_ply(&file, points)?;
+            Ok(file)
+        };
+        grasps.iter().enumerate().map(write).collect()
+    }
+
     /// Writes the mesh, whole or not at all; gives the file's path.
     pub fn write(&self, mesh: &Mesh) -> Result<&Path> {
         self.check()?;
@@ -82,6 +93,10 @@ mod tests {
         let target = Target::new(folder.path(), "can", true).unwrap();
         target.write(&cuboid).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        let points = [Point3::new(0.1, 0.2, 0.3)];
+        let kept = target.keep(&[&points[..], &[][..]]).unwrap();
+        assert_eq!(cloud::read(&kept[0]).unwrap().points, points);
+        assert_eq!(kept[1], folder.path().join("can.grasp_2.ply"));
         let nowhere = Target::new(&folder.path().join("no"), "can", false);
         assert!(nowhere.unwrap_err().to_string().contains("no such folder"));
     }

@@ -6,7 +6,7 @@ mod grasp;
 mod mesh;
 mod prompt;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use clap::Parser;
 use file::Target;
 use grasp::Grasp;
@@ -76,7 +76,20 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
             }
         };
         eprintln!("second grasp: {second}");
-        let found = icp_registration::regrasp(&points, &second.points, &hidden())?;
+        let found = icp_registration::regrasp(&points, &second.points, &hidden());
+        // Nobody should have to hold it twice again for what did not fit once.
+        let found = found.or_else(|misfit| {
+            let kept = target.keep(&[&points[..], &second.points[..]])?;
+            Err(anyhow!(
+                "{misfit}\nboth grasps are kept as {}; a mesh of the first alone: \
+                 rosrun deformable_cobot generate_dataset --units m --scan {}",
+                kept.iter()
+                    .map(|file| file.display().to_string())
+                    .collect::<Vec<_>>()
+                    .join(" and "),
+                kept[0].display()
+            ))
+        })?;
         eprintln!("{}", agreement(&found));
         points.extend(cloud::transformed(&found.first_from_second, &second.points));
         grasps.push(second);
@@ -117,9 +130,9 @@ fn finish(
             "mesh": recorded.to_json(),
             "next": next,
         });
-        println!("{described:#}");
+        program::print(format_args!("{described:#}\n"))?;
     } else {
-        println!("next: {next}");
+        program::print(format_args!("next: {next}\n"))?;
     }
     Ok(())
 }

@@ -56,9 +56,9 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
         eprintln!("saved in {}", path.display());
     }
     if arguments.json {
-        println!("{:#}", answer::to_json(&classification));
+        program::print(format_args!("{:#}\n", answer::to_json(&classification)))?;
     } else {
-        println!("{}", answer::to_text(&classification));
+        program::print(format_args!("{}\n", answer::to_text(&classification)))?;
     }
     Ok(())
 }

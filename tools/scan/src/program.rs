@@ -6,6 +6,8 @@ use node::Node;
 use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+pub use ::program::print;
+
 /// Runs a program of the terminal as a node: reads its arguments, does `work`, and says what went wrong.
 pub fn run<A, F>(name: &str, work: impl FnOnce(Node, A) -> F) -> ExitCode
 where

@@ -73,9 +73,9 @@ fn run(arguments: &Arguments) -> Result<()> {
     let found = evaluation::evaluate(&mut model, &settings, || bar.inc(1))?;
     bar.finish_and_clear();
     if arguments.json {
-        println!("{:#}", serde_json::to_value(&found)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(&found)?))?;
     } else {
-        print!("{}", found.to_text());
+        program::print(found.to_text())?;
     }
     Ok(())
 }

@@ -75,16 +75,20 @@ fn run(arguments: Arguments) -> Result<()> {
     let cells = study(&order, begin, |stage| progress::show(&bar, stage))?;
     bar.finish_and_clear();
     if arguments.json {
-        println!("{:#}", serde_json::json!({ "cells": cells }));
-        return Ok(());
+        return program::print(format_args!(
+            "{:#}\n",
+            serde_json::json!({ "cells": cells })
+        ));
     }
     for cell in &cells {
         let (features, points) = (cell.features, cell.points);
-        println!(
-            "F = {features:3}, N = {points:4}: {:6.2} %",
-            100.0 * cell.accuracy()
-        );
+        let percent = 100.0 * cell.accuracy();
+        program::print(format_args!(
+            "F = {features:3}, N = {points:4}: {percent:6.2} %\n"
+        ))?;
     }
-    println!("{}", order.output.join("report.html").display());
-    Ok(())
+    program::print(format_args!(
+        "{}\n",
+        order.output.join("report.html").display()
+    ))
 }

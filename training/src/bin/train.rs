@@ -131,9 +131,9 @@ fn run(arguments: &Arguments) -> Result<()> {
     let results = run::run(&order, |stage| progress::show(&bar, stage))?;
     bar.finish_and_clear();
     if arguments.json {
-        println!("{:#}", serde_json::to_value(&results)?);
+        program::print(format_args!("{:#}\n", serde_json::to_value(&results)?))?;
     } else {
-        print!("{}", results.to_text());
+        program::print(results.to_text())?;
     }
     Ok(())
 }
