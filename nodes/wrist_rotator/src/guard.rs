@@ -88,6 +88,19 @@ pub enum Refusal {
     },
 }
 
+impl Refusal {
+    /// Whether it is for want of a fresh message, which may come any moment.
+    pub fn is_of_silence(&self) -> bool {
+        matches!(
+            self,
+            Self::State(StateRefusal::Absent | StateRefusal::Stale { .. })
+                | Self::JointsAbsent { .. }
+                | Self::JointsStale { .. }
+                | Self::Unheard { .. }
+        )
+    }
+}
+
 /// The rules by which motion is refused.
 #[derive(Debug, Clone)]
 pub struct Guard {

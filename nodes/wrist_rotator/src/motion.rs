@@ -52,6 +52,16 @@ pub enum MotionError {
     /// A rule forbids to go on.
     #[error("motion stopped: {0}")]
     Refused(#[from] Refusal),
+    /// Something is not heard, or was not listened to.
+    #[error(
+        "motion stopped: {refusal}; this computer did not get to run for {stalled_s:.2} s: it is too busy"
+    )]
+    Stalled {
+        /// What is old.
+        refusal: Refusal,
+        /// Time between two ticks, s.
+        stalled_s: f64,
+    },
     /// The arm is elsewhere than it was told.
     #[error(
         "motion stopped: {joint} is at {measured_rad:.3} rad when {commanded_rad:.3} was commanded, and has been \
@@ -223,6 +233,12 @@ impl Motion {
         if matches!(self.phase, Phase::Turning | Phase::Held) {
             match self.turn(snapshot, now) {
                 Ok(step) => return step,
+                Err(MotionError::Refused(refusal))
+                    if elapsed > self.stall && refusal.is_of_silence() =>
+                {
+                    let stalled_s = elapsed.as_secs_f64();
+                    self.end(MotionError::Stalled { refusal, stalled_s }, now);
+                }
                 Err(reason) => self.end(reason, now),
             }
         }

@@ -19,6 +19,9 @@ const MASTER_PERIOD: Duration = Duration::from_millis(50);
 /// How long the robot has to listen to the commands: after a restart of this node its link takes a moment.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
 
+/// How long a message that may forbid a turn is waited for before the turn.
+const SILENCE_PATIENCE: Duration = Duration::from_secs(1);
+
 /// How long a wrist that is not commanded may take to be seen at rest.
 const REST_PATIENCE: Duration = Duration::from_secs(3);
 /// Pause between two looks at the newest joint state.
@@ -178,8 +181,8 @@ impl Rotator {
     /// All that comes before the first command.
     async fn prepare(&self, target_rad: f64) -> Result<Motion, TurnError> {
         self.ask_for_other_publishers().await;
-        // What forbids the motion is said before anything is waited for.
-        self.motion_to(target_rad)?;
+        // What forbids the motion is said before anything else is waited for.
+        self.until_heard(target_rad).await?;
         let patience = LISTENER_PATIENCE;
         if !self.command.until_subscribed(patience).await {
             let topic = self.command_topic.clone();
@@ -189,6 +192,22 @@ impl Rotator {
             data: self.parameters.speed_ratio,
         });
         self.motion_to(target_rad)
+    }
+
+    /// Waits until what may forbid the motion is fresh, and refuses it where it forbids it. On a busy computer a message may be
+    /// late; while nothing moves there is no danger in that.
+    async fn until_heard(&self, target_rad: f64) -> Result<(), TurnError> {
+        let deadline = Instant::now() + SILENCE_PATIENCE;
+        loop {
+            match self.motion_to(target_rad) {
+                Err(TurnError::NotBegun(MotionError::Refused(refusal)))
+                    if refusal.is_of_silence() && Instant::now() < deadline =>
+                {
+                    sleep(REST_PERIOD).await;
+                }
+                other => return other.map(|_| ()),
+            }
+        }
     }
 
     /// One tick of the motion; the end, if this was the last.
