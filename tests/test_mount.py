@@ -86,4 +86,4 @@ def test_a_sweep_that_nobody_makes_is_an_error(start):
     start('camera_mount')
     rospy.wait_for_service('calibrate_camera_mount', 20)
     answer = rospy.ServiceProxy('calibrate_camera_mount', CalibrateCameraMount)()
-    assert not answer.success and 'scan_object' in answer.error
+    assert not answer.success and 'capture_views' in answer.error

@@ -50,7 +50,8 @@ impl Count {
         let all = registered + refused;
         if refused >= registered && all > 0 {
             return Some(format!(
-                "{refused} of {all} views were refused, the last because {last_reason}"
+                "{refused} of {all} views were refused, the last because {last_reason}; where the object stayed in the hand, the \
+                 camera mount is off: call calibrate_camera_mount"
             ));
         }
         (*least_overlap < limits.min_overlap).then(|| {
