@@ -19,9 +19,11 @@ def sim(launch, checkout, tmp_path):
         shutil.copytree(checkout / 'config', config)
         with open(config / 'view_capture.yaml', 'a', encoding='utf-8') as file:
             file.writelines(f'{name}: {value}\n' for name, value in settings.items())
+        # In the hand from the start: a passive run's first view may be of any rest.
+        with open(config / 'sim_camera.yaml', 'a', encoding='utf-8') as file:
+            file.write('object: medium-can\n')
         graph = launch('sim.launch', config=config, mode=mode)
         graph.wait_for_service('capture_views', timeout_s=60)
-        graph.hold('medium-can')
         return graph
     return run
 
@@ -89,6 +91,10 @@ def test_passive_views_come_one_by_one_and_none_is_lost(sim):
         # A run counts from its second rest on.
         while index > 0 and len(heard) < index + 1:
             view = views.next()
+            if view.kind == view.FAILED and 'turned back' in view.error:
+                # The rest from which the wrist came to the first angle may count, too.
+                heard.clear()
+                continue
             assert (view.kind, view.error, view.count, view.has_pose) == (view.VIEW, '', count, True)
             heard.setdefault(view.index, view)
     assert sorted(heard) == list(range(count))
@@ -111,5 +117,5 @@ def test_a_passive_scan_that_turns_back_is_ended(sim):
             images.next()
     ended = answers.next(timeout_s=20, accept=lambda answer: answer.complete)
     assert 'the wrist turned back after 2 of 3 views' in ended.error
-    whole = answers.next(timeout_s=20, accept=lambda answer: answer.complete and answer.scan_id != ended.scan_id)
+    whole = answers.next(timeout_s=20, accept=lambda answer: answer.complete and 'turned back' not in answer.error)
     assert (whole.error, whole.view_count) == ('', 3)
