@@ -42,7 +42,7 @@ pub enum TurnError {
     )]
     NotAtRest(MotionError),
     /// One turn at a time.
-    #[error("not moved: the wrist is already turning; wait for its end")]
+    #[error("not moved: the wrist is already turning, or is being stopped; wait for its end")]
     Busy,
     /// Commands would be lost.
     #[error(
