@@ -9,6 +9,10 @@ case $path in
     '~') path=$HOME ;;
     '~/'*) path=$HOME/${path#'~/'} ;;
 esac
+if [ -z "$path" ]; then
+    echo "$argument:=PATH is missing" >&2
+    exit 1
+fi
 if [ ! -e "$path" ]; then
     echo "$argument:=$2: there is no such file or folder, seen from $PWD; give its absolute path" >&2
     exit 1

@@ -41,8 +41,8 @@ complete_words() {
 
 LAUNCH_FILES = {
     'sim.launch': '',
-    'recorded.launch': 'captures:=folder',
-    'replay.launch': 'bag:=file.bag',
+    'recorded.launch': 'captures:=.',
+    'replay.launch': 'bag:=/dev/null',
     'graph.launch': '',
     'main.launch': '',
     'robot.launch': 'arm:=10.0.0.2 gripper:=10.0.0.3',

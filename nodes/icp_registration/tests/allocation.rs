@@ -14,6 +14,9 @@ use rand_pcg::Pcg64Mcg;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
+/// Points of a view.
+const POINTS: usize = 3000;
+
 fn main() {
     let seed = 5;
     println!("seed {seed}");
@@ -28,9 +31,16 @@ fn main() {
             [1, 100].map(|max_iterations| cost(&views, has_poses, metric, max_iterations));
         println!("poses: {has_poses}, {metric:?}: {long_bytes} bytes for {long_steps} steps");
         assert!(long_steps > 2 * short_steps, "no more than {short_steps}");
-        assert_eq!(
-            long_bytes, short_bytes,
-            "{long_steps} steps do not take what {short_steps} take"
+        // With poses, views are compared after the search, in cells of an image: how many depends a little on where the steps
+        // led. What allocated for its points at each step would take far more.
+        let bytes_max = if has_poses {
+            (long_steps - short_steps) * POINTS
+        } else {
+            0
+        };
+        assert!(
+            long_bytes.abs_diff(short_bytes) <= bytes_max,
+            "{long_steps} steps take {long_bytes} bytes, {short_steps} take {short_bytes}"
         );
     }
 }
@@ -69,7 +79,7 @@ fn corner(random: &mut Pcg64Mcg) -> Vec<Point3<f32>> {
         place[random.random_range(0..3)] = 0.03 + random.random_range(-0.0005..0.0005);
         Point3::from(place + Vector3::z() * 0.15)
     };
-    let mut points: Vec<_> = (0..3000).map(|_| point()).collect();
+    let mut points: Vec<_> = (0..POINTS).map(|_| point()).collect();
     points.insert(0, Point3::new(random.random_range(-0.1..0.1), 0.0, 0.3));
     points
 }

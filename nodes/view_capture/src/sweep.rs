@@ -1,8 +1,8 @@
 //! Groups the views of a wrist that somebody else turns into scans.
 //!
 //! A scan is a run of rests in one direction with as many distinct angles as it has views. A rest that reverses the
-//! direction begins a new run at the turning point. A run is handed out from its second view on, and then view by view:
-//! a wrist that returns to its start does not begin a scan that never ends.
+//! direction begins a new run at the turning point. A run is handed out from its third view on, and then view by view: the way
+//! to where a scan begins, and back to the start, is no scan that never ends.
 
 use crate::rests::RestView;
 
@@ -62,7 +62,7 @@ impl<C: Clone> Sweep<C> {
         }
     }
 
-    /// Takes the view of a rest; gives those that can be handed out now: none, this one, or also the one before.
+    /// Takes the view of a rest; gives those that can be handed out now: none, this one, or also those before.
     pub fn add(&mut self, view: RestView<C>) -> Vec<ScanView<C>> {
         if self.is_same_place(&view) {
             // A twitch. The newer look counts, unless the older was handed out or ended a scan.
@@ -99,7 +99,7 @@ impl<C: Clone> Sweep<C> {
 
     fn hand_out(&mut self) -> Vec<ScanView<C>> {
         let count = self.rules.view_count;
-        if self.run.len() < count.min(2) {
+        if self.run.len() < count.min(3) {
             return Vec::new();
         }
         let fresh = self.run.iter().enumerate().skip(self.handed_out);

@@ -23,6 +23,9 @@ const REST_MAX: Duration = Duration::from_millis(250);
 /// A motion takes no longer than the longest way, its margin, and the wait for rest.
 const MOTION_MAX: Duration = Duration::from_secs(12);
 
+/// Ticks without a command after which the robot may have let go: its timeout is 0.2 s, and stalls and delays add up.
+const QUIET_MAX: u32 = 15;
+
 const TOPICS: [&str; 5] = [
     "joint_states",
     "state",
@@ -47,7 +50,9 @@ struct World {
     held_up: Vec<[f64; 7]>,
     /// When the motion under way was ended, unless something since then excuses a longer way.
     ended: Option<Instant>,
-    /// Whether the commander was without processor for longer than the robot waits.
+    /// Ticks in a row in which no command could be given, or none arrived.
+    quiet: u32,
+    /// Whether that was so long that the robot let go of the last command: nobody could slow the arm down.
     let_go: bool,
     history: Vec<String>,
     /// Begun, and arrived.
@@ -68,6 +73,7 @@ impl World {
             delayed: 0,
             held_up: vec![],
             ended: None,
+            quiet: 0,
             let_go: false,
             history: vec![],
             turns: [0; 2],
@@ -78,6 +84,9 @@ impl World {
         self.bench.robot.step(support::TICK_S);
         self.bench.now += support::TICK;
         self.bench.stamp += support::TICK;
+        let is_quiet = self.stalled > 0 || self.delayed > 0;
+        self.quiet = if is_quiet { self.quiet + 1 } else { 0 };
+        self.let_go |= self.quiet >= QUIET_MAX;
         self.delayed = self.delayed.saturating_sub(1);
         if self.delayed == 0 {
             for angles_rad in std::mem::take(&mut self.held_up) {
@@ -191,7 +200,6 @@ impl World {
             }
             13 => {
                 self.stalled = self.random.random_range(1..if coin { 60 } else { 10 });
-                self.let_go |= self.stalled >= 15;
                 self.ended = None;
                 format!("no processor for {} ticks", self.stalled)
             }

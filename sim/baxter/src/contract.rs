@@ -133,13 +133,19 @@ impl Contract {
             let Some(angles_rad) = angles_rad else {
                 continue;
             };
-            let excess = |where_uncertain| {
-                let held_rad = with_holds(&angles_rad, &pauses_s, period_s, where_uncertain);
+            let excess = |(where_uncertain, where_possible)| {
+                let rests = Rests {
+                    where_uncertain,
+                    where_possible,
+                };
+                let held_rad = with_holds(&angles_rad, &pauses_s, period_s, rests);
                 excess(held_rad, !cut, period_s)
             };
-            // In doubt for the commander.
-            if let (Some(excess), Some(_)) = (excess(true), excess(false)) {
-                self.violate(format!("{} {excess}", self.name(joint)));
+            // In doubt for the commander: against the contract is what no reading of its pauses makes smooth.
+            let readings = [(true, true), (true, false), (false, true), (false, false)];
+            let excesses: Option<Vec<String>> = readings.into_iter().map(excess).collect();
+            if let Some(first) = excesses.and_then(|excesses| excesses.into_iter().next()) {
+                self.violate(format!("{} {first}", self.name(joint)));
             }
         }
     }
@@ -177,12 +183,21 @@ fn pauses_s(times_s: &[f64], period_s: f64) -> Vec<(f64, bool)> {
     pauses_s
 }
 
+/// Which pauses of a commander are taken for rests of the arm.
+#[derive(Debug, Clone, Copy)]
+struct Rests {
+    /// Those whose length a burst leaves uncertain.
+    where_uncertain: bool,
+    /// Those after which the commander may have begun anew, or gone on.
+    where_possible: bool,
+}
+
 /// The sequence from rest, with the arm's rests where the commander paused.
 fn with_holds(
     angles_rad: &[f64],
     pauses_s: &[(f64, bool)],
     period_s: f64,
-    where_uncertain: bool,
+    rests: Rests,
 ) -> Vec<f64> {
     // The first step from rest, and no more.
     let step_max_rad = RATES_MAX[2] * RATE_SLACK[2] * period_s.powi(3);
@@ -193,7 +208,8 @@ fn with_holds(
         let begins_anew = (angle_rad - last_rad).abs() <= step_max_rad;
         let must_rest = *pause_s > HOLD_S.max(HOLD_PERIODS * period_s);
         let may_rest = begins_anew && *pause_s > PAUSE_PERIODS * period_s;
-        if (must_rest || may_rest) && (*is_certain || where_uncertain) {
+        let is_rest = must_rest || (may_rest && rests.where_possible);
+        if is_rest && (*is_certain || rests.where_uncertain) {
             // That the arm was not slowed down before is not judged: a commander without processor time cannot.
             held_rad.push(f64::NAN);
             held_rad.extend([last_rad; 3]);

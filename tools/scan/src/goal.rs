@@ -237,7 +237,8 @@ mod tests {
     fn a_result_that_was_lost_is_asked_for_by_the_same_goal() {
         let (sent, end) = follow(None, |now_s| {
             Some(match now_s {
-                0.0..3.0 => statuses(&[("mine", GoalStatus::ACTIVE)]),
+                ..0.1 => statuses(&[]),
+                0.1..3.0 => statuses(&[("mine", GoalStatus::ACTIVE)]),
                 _ => statuses(&[("mine", GoalStatus::SUCCEEDED)]),
             })
         });
@@ -249,7 +250,8 @@ mod tests {
     fn a_cancellation_is_sent_again_until_the_server_follows_it() {
         let (sent, end) = follow(Some(2.0), |now_s| {
             Some(match now_s {
-                0.0..3.2 => statuses(&[("mine", GoalStatus::ACTIVE)]),
+                ..0.1 => statuses(&[]),
+                0.1..3.2 => statuses(&[("mine", GoalStatus::ACTIVE)]),
                 _ => statuses(&[("mine", GoalStatus::PREEMPTING)]),
             })
         });
