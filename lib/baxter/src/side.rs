@@ -59,6 +59,8 @@ impl Side {
 
     /// Limits of the joints in the robot's order, as in the maker's URDF; the same for both arms. A robot's own
     /// description, on `/robot_description`, carries calibrated offsets but the same limits.
+    // The URDF's digits: half a turn in full precision would lie beyond its limit.
+    #[expect(clippy::approx_constant)]
     pub const fn joint_limits(self) -> [JointLimits; JOINTS_PER_ARM] {
         [
             JointLimits::new(-1.701_679_938_78, 1.701_679_938_78, 1.5),

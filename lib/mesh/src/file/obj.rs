@@ -38,7 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
             // A statement goes on in the next line. Remarks and paths may end so too, and do not.
             Some(part) if is_read(line) => {
                 let mut whole = part.to_vec();
-                while let Some(next) = lines.next() {
+                for next in lines.by_ref() {
                     let part = next.strip_suffix(b"\\");
                     whole.push(b' ');
                     whole.extend(part.unwrap_or(next));
