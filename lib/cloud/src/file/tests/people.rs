@@ -175,9 +175,9 @@ fn a_header_that_does_not_describe_the_rows_is_no_reason_for_wrong_points() {
         message.contains("more numbers than its header announces"),
         "{message}"
     );
-    let message = refusal("view.ply", ply("propery float w\n", ROWS).as_bytes());
+    let message = refusal("view.ply", ply("propertyx float w\n", ROWS).as_bytes());
     assert!(
-        message.contains("line 7") && message.contains("propery float w"),
+        message.contains("line 7") && message.contains("propertyx float w"),
         "{message}"
     );
     let pcd = ASCII_PCD.replace("POINTS 2", "POINTS 1");
