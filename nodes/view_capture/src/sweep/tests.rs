@@ -252,7 +252,7 @@ fn views_are_handed_out_as_they_come() {
     let mut player = Player::new();
     player.sweep.rules.view_count = 20;
     for step in 0..20_u32 {
-        player.go(-1.0 + 0.1 * f64::from(step), 100);
+        player.go(-1.0 + 0.12 * f64::from(step), 100);
         let expected = if step < 2 { 0 } else { step as usize + 1 };
         assert_eq!(player.views.len(), expected);
     }
