@@ -155,7 +155,8 @@ impl World {
         let text = match self.random.random_range(0..24) {
             // What a robot has no way to tell apart, or to say: it is no matter of the commander's.
             13 | 14 if held_up => return,
-            6 | 8..11 if coin && !self.bench.silent.is_empty() => return,
+            6 if !self.bench.silent.is_empty() => return,
+            8..11 if coin && !self.bench.silent.is_empty() => return,
             0 | 16..24 => return self.request(),
             4 => return self.end(MotionError::Stopped),
             5 => {
@@ -305,7 +306,9 @@ impl World {
         assert!(ended.result.is_ok(), "the next turn: {:?}", ended.result);
         let mut violations = self.bench.violations();
         if self.let_go {
-            violations.retain(|text| !text.contains("ends at speed"));
+            // Nor could anybody react in time; the ramp comes when there is a processor again.
+            let excused = ["ends at speed", "commanded although"];
+            violations.retain(|text| !excused.iter().any(|words| text.contains(words)));
         }
         assert!(violations.is_empty(), "{violations:?}");
     }
