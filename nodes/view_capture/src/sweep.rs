@@ -1,8 +1,8 @@
 //! Groups the views of a wrist that somebody else turns into scans.
 //!
 //! A scan is a run of rests in one direction with as many distinct angles as it has views. A rest that reverses the
-//! direction begins a new run at the turning point. A run is handed out from its third view on, and then view by view: the way
-//! to where a scan begins, and back to the start, is no scan that never ends.
+//! direction begins a new run at the turning point. A run is handed out from its third view on, and then view by view. A wrist
+//! that only moves to the start of a scan, or back from its end, makes two rests, and so begins no scan by mistake.
 
 use crate::rests::RestView;
 

@@ -13,7 +13,7 @@ use sim_baxter::{JointStates, Robot};
 
 use crate::hand_publishers::HandPublishers;
 
-/// Slow topics are published each tenth time.
+/// The slow topics (cuff, collision) are published once in this many periods.
 const SLOW_DIVISOR: u64 = 10;
 
 /// The robot's publishers.
