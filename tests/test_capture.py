@@ -1,6 +1,9 @@
 """Views without a scan: on request by capture_views, and in passive mode as somebody else turns the wrist."""
 
 import shutil
+import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -74,6 +77,34 @@ def test_a_caller_that_dies_ends_the_motion(sim):
     # It is still at rest when the next caller is served.
     wait_until(lambda: graph.call('capture_views', timeout_s=30, angles=[angle]).error == '', 5, 'the next caller')
     assert wrist.angle == pytest.approx(angle, abs=0.01)
+
+
+@pytest.mark.parametrize('entry', ['capture_views', 'scan_object', 'calibrate_camera_mount'])
+def test_a_stop_between_two_turns_ends_the_whole(sim, entry):
+    from deformable_cobot.msg import ScanObjectFeedback
+    graph, wrist = sim(), W2()
+    requests = {'capture_views': {'views': 4}, 'scan_object': {'views': 4},
+                'calibrate_camera_mount': {'views': 4, 'add': False, 'write': False}}
+    progress = Listener('progress', ScanObjectFeedback)
+    with ThreadPoolExecutor() as pool:
+        answer = pool.submit(graph.call, entry, timeout_s=30, **requests[entry])
+        wrist.wait_for_motion()
+        # No cloud comes any more, so that the arm rests and the view is waited for.
+        graph.core.kill('depth_threshold', signal.SIGSTOP)
+        try:
+            wait_until(lambda: wrist.speed < 0.01 and not answer.done(), 5, 'rest')
+            if entry == 'scan_object':
+                progress.next(10, accept=lambda report: report.state == 'looking')
+            time.sleep(0.5)  # the robot has been at rest for the time that arrival asks for
+            angle = wrist.angle
+            assert 'success: True' in graph.core.output('rosservice', 'call', '/stop_wrist', '{}')
+            error = answer.result(2).error
+        finally:
+            graph.core.kill('depth_threshold', signal.SIGCONT)
+    assert 'stop_wrist was called' in error, error
+    time.sleep(0.5)  # as long as a next turn would need to be seen
+    assert wrist.angle == pytest.approx(angle, abs=0.01)
+    wait_until(lambda: graph.scan(2).error == '', 20, 'the next scan', period_s=0.5)
 
 
 def test_passive_views_come_one_by_one_and_none_is_lost(sim):

@@ -145,6 +145,7 @@ def test_it_stops_on_request_and_turns_again(wrist):
     assert within(5, 'stop_wrist', stop).success, 'nothing to stop is no error'
 
 
+@pytest.mark.timeout(120 + 8 * STOPS)
 def test_no_stop_at_a_random_moment_is_lost(wrist, core):
     """With STOPS=200 this is the proof: from the request to the rest of the simulated robot, by its own record."""
     from std_srvs.srv import Trigger

@@ -14,7 +14,8 @@ NODES = {'motion_deadline_s': 'view_capture', 'answer_deadline_s': 'scan_server'
 
 @pytest.fixture
 def make_lab(tmp_path):
-    """Starts a lab with a simulated robot, with this process on its main computer. All ends with the test."""
+    """Starts a lab with a simulated robot, with this process on its main computer. All ends with the test, which fails where
+    the robot was moved against the contract of motion."""
     why = missing()
     if why:
         pytest.skip(why)
@@ -29,6 +30,8 @@ def make_lab(tmp_path):
     finally:
         for lab in labs:
             lab.stop()
+    violations = [line for lab in labs for line in lab.violations()]
+    assert not violations, f'against the contract of motion: {violations}'
 
 
 @pytest.fixture

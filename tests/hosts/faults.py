@@ -17,10 +17,12 @@ class Wrist:
         import rospy
         from sensor_msgs.msg import JointState
         self.angle_rad = None
+        self.heard = 0
         self.subscriber = rospy.Subscriber('/robot/joint_states', JointState, self._note)
         wait_until(lambda: self.angle_rad is not None, 10, 'joint states')
 
     def _note(self, message):
+        self.heard += 1
         if W2 in message.name:
             self.angle_rad = message.position[message.name.index(W2)]
 

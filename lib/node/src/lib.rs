@@ -24,6 +24,7 @@ pub mod transforms;
 mod callers;
 mod clock;
 mod clock_skew;
+mod count;
 #[cfg(test)]
 mod fuzz;
 mod graph;
@@ -54,6 +55,7 @@ mod xmlrpc;
 
 pub use clock::Clock;
 pub use clock_skew::ClockOffset;
+pub use count::Count;
 pub use health::{Health, Level};
 pub use life::Life;
 pub use listener::Transforms;

@@ -30,6 +30,33 @@ impl Life {
         Self { end }
     }
 
+    /// Lives as long as this one, and at most until `reason` says why it has ended. Must be called in the runtime.
+    pub fn and_until(&self, reason: impl Future<Output = String> + Send + 'static) -> Self {
+        let first = self.clone();
+        Self::until(async move {
+            tokio::select! {
+                biased;
+                reason = first.ended() => reason,
+                reason = reason => reason,
+            }
+        })
+    }
+
+    /// The result of `work`, which is dropped where this life ends before.
+    ///
+    /// # Errors
+    /// Why nobody waits for the work any more, or why it failed.
+    pub async fn during<T>(
+        &self,
+        work: impl Future<Output = anyhow::Result<T>>,
+    ) -> anyhow::Result<T> {
+        tokio::select! {
+            biased;
+            reason = self.ended() => Err(anyhow::Error::msg(reason)),
+            result = work => result,
+        }
+    }
+
     /// Waits until it has ended, and says why: "the caller /x hung up or died", "the node is shutting down". Never returns
     /// before.
     pub async fn ended(&self) -> String {
@@ -63,6 +90,29 @@ mod tests {
         assert_eq!(end.send("cancelled".to_owned()), Ok(()));
         assert_eq!(life.clone().ended().await, "cancelled");
         assert_eq!(life.end().as_deref(), Some("cancelled"));
+    }
+
+    #[tokio::test]
+    async fn a_life_within_a_life_ends_with_either_and_ends_its_work() {
+        for is_outer in [true, false] {
+            let (end, ended) = tokio::sync::oneshot::channel::<()>();
+            let ended = async move {
+                let _ = ended.await;
+                "over".to_owned()
+            };
+            let pending = std::future::pending();
+            let life = match is_outer {
+                true => Life::until(ended).and_until(pending),
+                false => Life::until(pending).and_until(ended),
+            };
+            assert_eq!(life.during(async { Ok(7) }).await.ok(), Some(7));
+            drop(end);
+            let result = life.during(std::future::pending::<anyhow::Result<()>>());
+            assert_eq!(
+                result.await.map_err(|error| error.to_string()),
+                Err("over".into())
+            );
+        }
     }
 
     #[tokio::test]

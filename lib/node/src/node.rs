@@ -14,6 +14,7 @@ use crate::service_server::Handler;
 use crate::shutdown::{self, REQUESTS};
 use crate::subscriber::{Expect, Subscriber};
 use crate::subscription::Subscription;
+use crate::tcpros::{PATIENT, PROMPT};
 use crate::xmlrpc::Value;
 use crate::{clock, environment, master, names, service_client};
 use anyhow::Context;
@@ -50,8 +51,8 @@ impl Node {
         names::set(name)?;
         let graph = Graph::start(environment::check().await?)?;
         let clock = Arc::new(Clock::new());
-        let diagnostics = publish_on(&graph, "/diagnostics", 10, Latch::No)?;
-        crate::logging::connect(publish_on(&graph, "/rosout", 100, Latch::No)?);
+        let diagnostics = publish_on(&graph, "/diagnostics", 10, Latch::No, PATIENT)?;
+        crate::logging::connect(publish_on(&graph, "/rosout", 100, Latch::No, PATIENT)?);
         let health = Health::new(names::own(), diagnostics);
         let shared = Arc::new(Shared {
             graph,
@@ -149,13 +150,29 @@ impl Node {
     }
 
     /// Publishes on `topic`, keeping `queue` messages for slow subscribers.
+    ///
+    /// # Errors
+    /// Where the name is none, or this node publishes the topic already.
     pub fn publish<T: Message>(
         &self,
         topic: &str,
         queue: usize,
         latch: Latch,
     ) -> anyhow::Result<Publisher<T>> {
-        publish_on(&self.shared.graph, topic, queue, latch)
+        publish_on(&self.shared.graph, topic, queue, latch, PATIENT)
+    }
+
+    /// The same without latch, for what must not arrive late, such as commands, or where it matters who listens: a subscriber
+    /// whose computer says nothing for 3 s is put out, and what was on the way to it is lost.
+    ///
+    /// # Errors
+    /// Where the name is none, or this node publishes the topic already.
+    pub fn publish_prompt<T: Message>(
+        &self,
+        topic: &str,
+        queue: usize,
+    ) -> anyhow::Result<Publisher<T>> {
+        publish_on(&self.shared.graph, topic, queue, Latch::No, PROMPT)
     }
 
     /// Calls `callback` with each message on `topic`, one at a time, on a thread of its own.
@@ -260,9 +277,11 @@ fn publish_on<T: Message>(
     topic: &str,
     queue: usize,
     latch: Latch,
+    silence_max: Duration,
 ) -> anyhow::Result<Publisher<T>> {
     let resolved = names::resolve(topic)?;
-    let publication = Publication::new(resolved, MessageKind::of::<T>(), queue, latch);
+    let kind = MessageKind::of::<T>();
+    let publication = Publication::new(resolved, kind, queue, latch, silence_max);
     let publication = graph.publish(publication)?;
     Ok(Publisher::new(topic, publication))
 }

@@ -3,7 +3,7 @@
 use crate::callers::Place;
 use crate::names;
 use crate::publisher::Latch;
-use crate::tcpros::header;
+use crate::tcpros::{header, is_unreachable, set_silence_max};
 use rosrust::Message;
 use std::collections::{HashMap, VecDeque};
 use std::io;
@@ -28,6 +28,8 @@ pub(crate) struct Publication {
     latch: Latch,
     /// Messages kept for a slow subscriber.
     queue: usize,
+    /// After which a subscriber whose computer says nothing is gone.
+    silence_max: Duration,
     state: Mutex<State>,
     /// Changes with the subscribers.
     changes: watch::Sender<()>,
@@ -46,6 +48,8 @@ struct State {
     links: HashMap<u64, Arc<Link>>,
     /// The last message, for those who come late.
     last: Option<Arc<[u8]>>,
+    /// Whether the subscriber who left last did so because its computer said nothing any more.
+    is_last_unreachable: bool,
 }
 
 /// A subscriber's connection.
@@ -85,12 +89,19 @@ impl MessageKind {
 }
 
 impl Publication {
-    pub fn new(topic: String, kind: MessageKind, queue: usize, latch: Latch) -> Self {
+    pub fn new(
+        topic: String,
+        kind: MessageKind,
+        queue: usize,
+        latch: Latch,
+        silence_max: Duration,
+    ) -> Self {
         Self {
             topic,
             kind,
             latch,
             queue: queue.max(1),
+            silence_max,
             state: Mutex::default(),
             changes: watch::Sender::new(()),
         }
@@ -126,6 +137,11 @@ impl Publication {
             .collect()
     }
 
+    /// Whether the subscriber who left last has been unreachable for a while; it did not go just now.
+    pub fn is_last_unreachable(&self) -> bool {
+        self.state().is_last_unreachable
+    }
+
     /// Changes with the subscribers.
     pub fn changes(&self) -> watch::Receiver<()> {
         self.changes.subscribe()
@@ -154,14 +170,15 @@ impl Publication {
             ("message_definition", &self.kind.definition),
             ("latching", if self.latch == Latch::Yes { "1" } else { "0" }),
         ]);
+        set_silence_max(stream, self.silence_max)?;
         timeout(WRITE_MAX, stream.write_all(&accepted)).await??;
         if !place.begin_use() {
             return Err(io::Error::other("too many subscribers on that computer"));
         }
         let subscriber = fields.get("callerid").map_or("", String::as_str);
-        let link = Listed::new(self, subscriber);
+        let mut link = Listed::new(self, subscriber);
         let (mut reader, mut writer) = stream.split();
-        tokio::select! {
+        let ended = tokio::select! {
             ended = until_closed(&mut reader) => ended,
             never = async {
                 loop {
@@ -170,7 +187,9 @@ impl Publication {
                     link.link.sent();
                 }
             } => never,
-        }
+        };
+        link.is_unreachable = ended.as_ref().is_err_and(is_unreachable);
+        ended
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -190,6 +209,8 @@ struct Listed<'a> {
     publication: &'a Publication,
     link: Arc<Link>,
     id: u64,
+    /// Whether it ends because the subscriber's computer says nothing any more.
+    is_unreachable: bool,
 }
 
 impl<'a> Listed<'a> {
@@ -212,13 +233,17 @@ impl<'a> Listed<'a> {
             publication,
             link,
             id,
+            is_unreachable: false,
         }
     }
 }
 
 impl Drop for Listed<'_> {
     fn drop(&mut self) {
-        self.publication.state().links.remove(&self.id);
+        let mut state = self.publication.state();
+        state.links.remove(&self.id);
+        state.is_last_unreachable = self.is_unreachable;
+        drop(state);
         self.publication.changes.send_replace(());
     }
 }
@@ -259,10 +284,11 @@ impl Link {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::tcpros::PROMPT;
 
     fn publication(latch: Latch) -> Publication {
         let kind = MessageKind::of::<msg::std_msgs::Bool>();
-        Publication::new("/topic".into(), kind, 2, latch)
+        Publication::new("/topic".into(), kind, 2, latch, PROMPT)
     }
 
     #[tokio::test]

@@ -74,8 +74,9 @@ impl<T: Message> Publisher<T> {
         self.publication.is_subscribed()
     }
 
-    /// Names of the nodes that listen now, this one included where it does. A node that died or was unplugged is missing
-    /// within 3 s.
+    /// Names of the nodes that listen now, this one included where it does. A node that died is missing at once; one whose
+    /// computer was unplugged, within 3 s on a topic of [`Node::publish_prompt`](crate::Node::publish_prompt), on others within
+    /// a minute.
     pub fn subscribers(&self) -> Vec<String> {
         self.publication.subscribers()
     }
@@ -89,20 +90,24 @@ impl<T: Message> Publisher<T> {
         timeout(patience, subscribed).await.is_ok()
     }
 
-    /// Waits until no other node has listened for 3 s, as with the callers of services: nobody waits any more.
+    /// Waits until no other node has listened for 3 s, as with the callers of services: nobody waits any more. Meant for topics
+    /// of [`Node::publish_prompt`](crate::Node::publish_prompt), where a computer that says nothing for 3 s is enough.
     pub async fn until_unheard(&self) {
         let mut changes = self.publication.changes();
         let is_other = |name: &String| name != names::own();
-        let mut unheard_since = Instant::now();
+        let mut deadline = Instant::now() + UNHEARD_MAX;
         loop {
             if self.subscribers().iter().any(is_other) {
                 // The sender lives as long as the publication.
                 let _ = changes.changed().await;
-                unheard_since = Instant::now();
-            } else if timeout_at(unheard_since + UNHEARD_MAX, changes.changed())
-                .await
-                .is_err()
-            {
+                let was_silent = self.publication.is_last_unreachable();
+                let patience = if was_silent {
+                    Duration::ZERO
+                } else {
+                    UNHEARD_MAX
+                };
+                deadline = Instant::now() + patience;
+            } else if timeout_at(deadline, changes.changed()).await.is_err() {
                 return;
             }
         }

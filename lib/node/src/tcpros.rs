@@ -14,19 +14,40 @@ use tokio::net::TcpStream;
 const HEADER_BYTES_MAX: usize = 256 << 10;
 
 /// A peer whose computer says nothing is gone after 3 s: something may be moving for it.
-const KEEPALIVE: TcpKeepalive = TcpKeepalive::new()
-    .with_time(Duration::from_secs(1))
-    .with_interval(Duration::from_secs(1))
-    .with_retries(2);
-/// The same for what was sent and is not acknowledged; keepalive says nothing of that.
-const UNACKNOWLEDGED_MAX: Duration = Duration::from_secs(3);
+pub(crate) const PROMPT: Duration = Duration::from_secs(3);
+/// The same for who only listens. TCP goes on by itself where the computer is back before; rospy and roscpp notice only by
+/// their own keepalive, after 60 s, that the other end has given them up, and would be deaf until then.
+pub(crate) const PATIENT: Duration = Duration::from_secs(60);
+
+/// Keepalive probes, the last of which ends the silence that is allowed.
+const PROBES: u32 = 3;
 
 /// Sends at once, and notices within 3 s when the peer cannot be reached any more.
 pub(crate) fn set_options(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
+    set_silence_max(stream, PROMPT)
+}
+
+/// Ends the connection with an error when the peer's computer has said nothing for so long, be it idle (keepalive) or with
+/// something on the way (user timeout, as keepalive does not probe then).
+pub(crate) fn set_silence_max(stream: &TcpStream, silence_max: Duration) -> io::Result<()> {
+    let period = silence_max / PROBES;
+    let keepalive = TcpKeepalive::new()
+        .with_time(period)
+        .with_interval(period)
+        .with_retries(PROBES - 1);
     let socket = SockRef::from(stream);
-    socket.set_tcp_user_timeout(Some(UNACKNOWLEDGED_MAX))?;
-    socket.set_tcp_keepalive(&KEEPALIVE)
+    socket.set_tcp_user_timeout(Some(silence_max))?;
+    socket.set_tcp_keepalive(&keepalive)
+}
+
+/// Whether a connection ended because the peer's computer said nothing any more.
+pub(crate) fn is_unreachable(error: &io::Error) -> bool {
+    use io::ErrorKind::{HostUnreachable, NetworkUnreachable, TimedOut};
+    matches!(
+        error.kind(),
+        TimedOut | HostUnreachable | NetworkUnreachable
+    )
 }
 
 /// Reads a length and so many bytes; the memory grows as they arrive, never ahead of them.

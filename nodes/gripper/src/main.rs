@@ -12,7 +12,7 @@ use gripper::{
 use msg::baxter_core_msgs::{AssemblyState, EndEffectorCommand, EndEffectorState};
 use msg::deformable_cobot::{Grasp, GraspReq, GraspRes};
 use msg::reflex_msgs;
-use node::{Expect, Latch, Life, Node};
+use node::{Expect, Life, Node};
 use shell::{Ending, Shell};
 
 fn main() -> ExitCode {
@@ -29,7 +29,7 @@ async fn run(node: Node) -> anyhow::Result<()> {
 
 async fn run_electric(node: Node, parameters: &Parameters) -> anyhow::Result<()> {
     let base = parameters.electric_base();
-    let commands = node.publish(&format!("{base}/command"), 10, Latch::No)?;
+    let commands = node.publish_prompt(&format!("{base}/command"), 10)?;
     let hand = Electric::new(parameters, &node.name());
     let shell = Shell::new(hand, parameters, commands, electric_command);
     let _states = node.subscribe(&format!("{base}/state"), Expect::STATE, {
@@ -41,7 +41,7 @@ async fn run_electric(node: Node, parameters: &Parameters) -> anyhow::Result<()>
 
 async fn run_reflex(node: Node, parameters: &Parameters) -> anyhow::Result<()> {
     let base = parameters.reflex_base();
-    let commands = node.publish(&format!("{base}/command_position"), 10, Latch::No)?;
+    let commands = node.publish_prompt(&format!("{base}/command_position"), 10)?;
     let shell = Shell::new(Reflex::new(parameters), parameters, commands, pose_command);
     let _states = node.subscribe(&format!("{base}/hand_state"), Expect::STATE, {
         let shell = Arc::clone(&shell);

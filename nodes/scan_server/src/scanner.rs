@@ -27,6 +27,8 @@ pub trait Stages: Send + Sync {
         views: u32,
         life: &Life,
     ) -> impl Future<Output = anyhow::Result<Vec<f64>>> + Send;
+    /// `life`, which ends also when `stop_wrist` is called: also between two turns, when nothing moves.
+    fn until_wrist_stopped(&self, life: &Life) -> Life;
     /// Waits until somebody registers views, so that the first one is not lost.
     fn until_registered(&self) -> impl Future<Output = anyhow::Result<()>> + Send;
     /// Turns the wrist to an angle and takes the view there.
@@ -95,6 +97,7 @@ impl<S: Stages> Scanner<S> {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
         };
+        let life = &self.stages.until_wrist_stopped(life);
         let angles_rad = match self.stages.plan(views, life).await {
             Ok(angles_rad) => angles_rad,
             Err(error) => return refused(&format!("no scan: {error:#}")),
@@ -124,7 +127,7 @@ impl<S: Stages> Scanner<S> {
         life: &Life,
     ) -> anyhow::Result<Classification> {
         let mut answers = Answers::new(&self.answers, scan_id);
-        while_alive(life, self.stages.until_registered()).await?;
+        life.during(self.stages.until_registered()).await?;
         let count = angles_rad.len() as u32;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
             self.progress.turning(index, angle_rad);
@@ -138,14 +141,14 @@ impl<S: Stages> Scanner<S> {
                 ..view
             });
             let taken = index + 1;
-            if taken < count && while_alive(life, self.is_sure(&mut answers, taken)).await? {
+            if taken < count && life.during(self.is_sure(&mut answers, taken)).await? {
                 log::info!("scan {scan_id}: {taken} of {count} views suffice");
                 self.stages.publish_end(scan_id, taken);
                 break;
             }
         }
         self.progress.set(State::Classifying);
-        while_alive(life, self.label(&mut answers)).await
+        life.during(self.label(&mut answers)).await
     }
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
@@ -232,17 +235,5 @@ fn answered(answer: Classification) -> ScanObjectRes {
     ScanObjectRes {
         error: String::new(),
         result: answer,
-    }
-}
-
-/// The result of `work`, or why nobody waits for it any more.
-async fn while_alive<T>(
-    life: &Life,
-    work: impl Future<Output = anyhow::Result<T>>,
-) -> anyhow::Result<T> {
-    tokio::select! {
-        biased;
-        reason = life.ended() => bail!("{reason}"),
-        result = work => result,
     }
 }

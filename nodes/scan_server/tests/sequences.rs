@@ -1,5 +1,5 @@
-//! Random sequences of goals, cancellations, callers that hang up, nodes that die, delays and lost answers, on a simulated
-//! clock: each goal gets its result, the arm rests whenever a scan has ended, and after each sequence the next scan succeeds.
+//! Random sequences of goals, cancellations, stops, callers that hang up, nodes that die, delays and lost answers, on a
+//! simulated clock: each goal gets its result, the arm rests whenever a scan has ended, and after each sequence the next scan succeeds.
 //!
 //! SCAN_SEQUENCES says how many (default 1,000), SCAN_SEED which; the seed is printed.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
@@ -119,6 +119,17 @@ impl Stages for Graph {
         self.0.call(20, life).await?;
         ensure!(views <= 64, "{views} views");
         Ok((0..views.max(1)).map(f64::from).collect())
+    }
+
+    fn until_wrist_stopped(&self, life: &Life) -> Life {
+        if !self.0.fails(10) {
+            return life.clone();
+        }
+        let stopped = sleep(self.0.millis(10_000));
+        life.and_until(async {
+            stopped.await;
+            "stop_wrist was called".into()
+        })
     }
 
     async fn until_registered(&self) -> anyhow::Result<()> {

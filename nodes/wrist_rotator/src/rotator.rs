@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use baxter::{Arrival, Arrived, W2};
 use msg::baxter_core_msgs::JointCommand;
-use msg::std_msgs::Float64;
+use msg::std_msgs::{Float64, UInt64};
 use node::{Latch, Life, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
@@ -64,6 +64,8 @@ pub struct Rotator {
     monitor: Mutex<Monitor>,
     command: Publisher<JointCommand>,
     speed_ratio: Publisher<Float64>,
+    /// Tells of each order to stop, so that what makes several turns ends, too, when it comes between two of them.
+    stop_count: Publisher<UInt64>,
     command_topic: String,
     joint_names: Vec<String>,
     /// Held while a motion is under way.
@@ -76,13 +78,16 @@ impl Rotator {
     pub fn new(node: &Node, parameters: &Parameters) -> anyhow::Result<Self> {
         let limb = parameters.side.limb_topics();
         let command_topic = format!("{limb}/joint_command");
+        let stop_count = node.publish("wrist_stops", 1, Latch::Yes)?;
+        stop_count.send(UInt64 { data: 0 });
         Ok(Self {
             node: node.clone(),
             parameters: parameters.clone(),
             monitor: Mutex::new(Monitor::new(parameters.side)),
             // An old command is worse than none.
-            command: node.publish(&command_topic, 1, Latch::No)?,
-            speed_ratio: node.publish(&format!("{limb}/set_speed_ratio"), 1, Latch::No)?,
+            command: node.publish_prompt(&command_topic, 1)?,
+            speed_ratio: node.publish_prompt(&format!("{limb}/set_speed_ratio"), 1)?,
+            stop_count,
             command_topic,
             joint_names: parameters.side.joint_names().map(String::from).to_vec(),
             turning: tokio::sync::Mutex::new(()),
@@ -152,7 +157,10 @@ impl Rotator {
     /// # Errors
     /// The robot does not say that the wrist rests.
     pub async fn stop(&self) -> Result<Arrived, String> {
-        self.stops.send_modify(|stops| *stops += 1);
+        self.stops.send_modify(|stops| {
+            *stops += 1;
+            self.stop_count.send(UInt64 { data: *stops });
+        });
         let _turning = self.turning.lock().await;
         let dwell = Duration::from_secs_f64(self.parameters.dwell_s);
         let mut arrival = Arrival::anywhere(self.parameters.rest_velocity_rad_s, dwell);

@@ -46,8 +46,8 @@ impl Client {
         let mut client = Self {
             node: node.clone(),
             goal_count: 0,
-            goal: node.publish("scan_object/goal", 1, Latch::No)?,
-            cancel: node.publish("scan_object/cancel", 1, Latch::No)?,
+            goal: node.publish_prompt("scan_object/goal", 1)?,
+            cancel: node.publish_prompt("scan_object/cancel", 1)?,
             events,
             links: [
                 node.subscribe("scan_object/status", Expect::STATE, on_status)?,

@@ -34,7 +34,7 @@ impl Action {
             clock: node.clock(),
             status: node.publish("scan_object/status", 8, Latch::No)?,
             feedback: node.publish("scan_object/feedback", 8, Latch::No)?,
-            result: node.publish("scan_object/result", 16, Latch::No)?,
+            result: node.publish_prompt("scan_object/result", 16)?,
         }));
         let goal = node.subscribe("scan_object/goal", Expect::COMMANDS, {
             let (server, name, clock) = (Arc::clone(&server), node.name(), node.clock());

@@ -5,7 +5,7 @@ use anyhow::{Context, ensure};
 use msg::deformable_cobot::{CaptureViews, CaptureViewsReq, PlanViews, PlanViewsReq, View};
 use msg::sensor_msgs::PointCloud2;
 use msg::view::{end, failed};
-use node::{CallError, Clock, Latch, Life, Node, Publisher};
+use node::{CallError, Clock, Count, Latch, Life, Node, Publisher};
 use scan_server::{Parameters, Stages};
 use std::sync::Arc;
 use std::time::Duration;
@@ -24,6 +24,8 @@ pub struct Graph {
     clock: Arc<Clock>,
     views: Publisher<View>,
     clouds: Publisher<PointCloud2>,
+    /// How often `stop_wrist` was called.
+    stops: Count,
 }
 
 impl Graph {
@@ -35,6 +37,7 @@ impl Graph {
             clock: node.clock(),
             views: node.publish("views", 16, Latch::Yes)?,
             clouds: node.publish("views/cloud", 4, Latch::Yes)?,
+            stops: node.follow_count("wrist_stops")?,
         })
     }
 }
@@ -48,6 +51,14 @@ impl Stages for Graph {
         let planned = called.await.map_err(reason)?;
         ensure!(planned.error.is_empty(), "{}", planned.error);
         Ok(planned.angles)
+    }
+
+    fn until_wrist_stopped(&self, life: &Life) -> Life {
+        let stopped = self.stops.until_changed();
+        life.and_until(async {
+            stopped.await;
+            "stop_wrist was called".to_owned()
+        })
     }
 
     async fn until_registered(&self) -> anyhow::Result<()> {

@@ -10,7 +10,7 @@ use msg::deformable_cobot::{
     CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
     RotateWristRes, View,
 };
-use node::{CallError, Life, Node, Transforms, Tuned};
+use node::{CallError, Count, Life, Node, Transforms, Tuned};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
@@ -22,6 +22,8 @@ pub struct Sources {
     pub arm_pose: Option<ArmPose>,
     pub clouds: Clouds,
     pub computers: OtherComputers,
+    /// How often `stop_wrist` was called.
+    pub stops: Count,
 }
 
 /// Takes views for one caller at a time.
@@ -59,8 +61,14 @@ impl Capture {
         }
     }
 
-    /// Answers `capture_views`; the arm rests then, also where `life` has ended before.
+    /// Answers `capture_views`; the arm rests then, also where `life` has ended before. A stop of the wrist ends the request,
+    /// also where it comes while the camera looks.
     pub async fn capture(&self, request: CaptureViewsReq, life: Life) -> CaptureViewsRes {
+        let stopped = self.sources.stops.until_changed();
+        let life = life.and_until(async {
+            stopped.await;
+            "stop_wrist was called".to_owned()
+        });
         let mut views = Vec::new();
         let taken = self.take_views(&request, &life, &mut views).await;
         let error = taken.map_or_else(|error| format!("{error:#}"), |()| String::new());
@@ -101,9 +109,9 @@ impl Capture {
         life: &Life,
     ) -> anyhow::Result<View> {
         // Nothing is turned where nothing would be seen.
-        while_alive(life, self.check_before_motion()).await?;
+        life.during(self.check_before_motion()).await?;
         let turned = self.turn(angle_rad, life).await?;
-        while_alive(life, self.look(&turned, listening)).await
+        life.during(self.look(&turned, listening)).await
     }
 
     async fn check_before_motion(&self) -> anyhow::Result<()> {
@@ -191,16 +199,4 @@ fn angles(parameters: &Parameters, request: &CaptureViewsReq) -> Result<Vec<f64>
     }
     check(parameters, &request.angles)?;
     Ok(request.angles.clone())
-}
-
-/// The result of `work`, or why nobody waits for it any more.
-async fn while_alive<T>(
-    life: &Life,
-    work: impl Future<Output = anyhow::Result<T>>,
-) -> anyhow::Result<T> {
-    tokio::select! {
-        biased;
-        reason = life.ended() => bail!("{reason}"),
-        result = work => result,
-    }
 }

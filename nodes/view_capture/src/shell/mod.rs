@@ -44,6 +44,7 @@ async fn serve_active(
         arm_pose,
         clouds: clouds.clone(),
         computers: computers.clone(),
+        stops: node.follow_count("wrist_stops")?,
     };
     let capture = Arc::new(Capture::new(&node, parameters, sources));
     let _plan = node.serve::<PlanViews>("plan_views", {
