@@ -1,4 +1,4 @@
-"""A service whose places are all taken still answers: who is idle makes room."""
+"""Nodes whose places are all taken still answer: who is idle makes room."""
 
 import statistics
 import time
@@ -7,9 +7,10 @@ import pytest
 import rospy
 from std_srvs.srv import Trigger
 
-from graph import within
+from graph import Listener, within
 from processes import wait_until
 from tcpros import MuteCaller
+from test_action import W2, ended, make_client, send
 
 PLACES = 64
 
@@ -56,3 +57,34 @@ def test_a_motion_is_stopped_though_all_places_are_taken(turn):
         assert response.angle < target - 1
         assert within(20, 'rotate_wrist', lambda: turn(-2.9)).success
         del kept
+
+
+def test_a_goal_is_cancelled_though_all_places_are_taken(launch):
+    from actionlib_msgs.msg import GoalStatus, GoalStatusArray
+    from deformable_cobot.srv import PlanViews
+    graph = launch('sim.launch')
+    graph.wait_for_service('scan_object', timeout_s=60)
+    graph.hold('medium-can')
+    client, wrist, statuses = make_client(), W2(), Listener('scan_object/status', GoalStatusArray)
+    idle = [rospy.ServiceProxy('plan_views', PlanViews, persistent=True) for _ in range(PLACES)]
+    assert all(proxy(views=3).error == '' for proxy in idle)
+    mute = [MuteCaller(f'/{service}', f'/mute_{number}') for number in range(2 * PLACES)
+            for service in ('scan_object', 'capture_views', 'rotate_wrist')]
+    tooks = []
+    for _ in range(5):
+        send(client, 8)
+        wrist.wait_for_motion()
+        statuses.all()
+        begun = time.monotonic()
+        client.cancel_goal()
+        statuses.next(5, accept=lambda array: any(
+            status.status in (GoalStatus.PREEMPTING, GoalStatus.PREEMPTED) for status in array.status_list[-1:]))
+        tooks.append(time.monotonic() - begun)
+        state, _ = ended(client, timeout_s=5)
+        assert state == 'PREEMPTED'
+    print(f'cancelled after {statistics.median(tooks):.3f} s, at most {max(tooks):.3f} s')
+    assert statistics.median(tooks) < 0.1
+    del idle, mute
+    send(client, 2)
+    state, result = ended(client)
+    assert (state, result.error) == ('SUCCEEDED', '')

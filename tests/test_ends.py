@@ -23,7 +23,7 @@ SCAN_S = 4.0
 # From the order to the exit, and for roslaunch to notice.
 END_MAX_S = 3.0 + 1.0
 # Motion is ordered through these; it must be over when one of them is.
-MOVERS = ('view_capture', 'wrist_rotator')
+MOVERS = ('scan_server', 'view_capture', 'wrist_rotator')
 NODES = MOVERS + ('camera_mount', 'depth_threshold', 'icp_registration', 'roi_crop', 'classifier')
 
 

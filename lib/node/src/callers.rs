@@ -8,19 +8,19 @@ use tokio::sync::Notify;
 /// How many connections a server has at a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Capacity {
-    /// All together.
+    /// Connections of all computers together.
     pub connections: usize,
-    /// Of one computer, in use: others find room whatever it asks for.
+    /// Connections of one computer that are in use, so that others find room whatever it asks for.
     pub in_use_per_peer: usize,
 }
 
 impl Capacity {
-    /// Of a service, and of the server that answers other nodes.
+    /// Capacity of a service, and of the slave API's server.
     pub const CALLS: Self = Self {
         connections: 64,
         in_use_per_peer: 16,
     };
-    /// Of the topics that a node publishes, all together: a bag recorder takes one connection for each.
+    /// Capacity of all topics that a node publishes together: a bag recorder takes one connection for each.
     pub const SUBSCRIBERS: Self = Self {
         connections: 256,
         in_use_per_peer: 192,
@@ -48,13 +48,13 @@ struct Table {
 struct Entry {
     peer: IpAddr,
     is_in_use: bool,
-    /// Of the table's events, the last that concerned this entry.
+    /// Number of the latest event that concerned this entry, for the order in which connections became idle.
     last_event: u64,
-    /// Notified to put the connection out.
+    /// Notified when the connection has to make room for another.
     put_out: Arc<Notify>,
 }
 
-/// A connection among the callers, until dropped.
+/// The place that a connection takes among the callers, until dropped.
 pub(crate) struct Place {
     callers: Callers,
     id: u64,
@@ -167,7 +167,7 @@ mod tests {
     const LAB: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 1));
     const STRANGER: IpAddr = IpAddr::V4(std::net::Ipv4Addr::new(10, 0, 0, 9));
 
-    /// Whether it has to make room; to be asked once.
+    /// Whether the connection has to make room. The notification is consumed, so this can be asked only once.
     fn is_out(place: &Place) -> bool {
         let waiting = std::pin::pin!(place.put_out());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());

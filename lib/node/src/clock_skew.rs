@@ -8,12 +8,12 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// How long a difference counts: after a clock was stepped the old ones mislead.
+/// Age after which a difference is forgotten: after a clock was stepped (by NTP, say), older differences mislead.
 const WINDOW: Duration = Duration::from_secs(6);
-/// Differences kept at most; topics at 100 Hz need no more.
+/// Number of differences that are kept at most; topics at 100 Hz need no more.
 const KEPT_MAX: usize = 200;
 
-/// Differences needed at least: a single message may have waited for a busy processor.
+/// Number of differences that are needed at least: a single message may have waited for a busy processor.
 const KEPT_MIN: usize = 3;
 
 /// The offset of another clock: positive where it is ahead of ours.
@@ -36,7 +36,7 @@ impl ClockOffset {
 /// The recent differences between arrival and stamp of one sender.
 #[derive(Debug, Default)]
 pub(crate) struct Lags {
-    /// When each came, and the difference in seconds.
+    /// Arrival of each message, and the difference in seconds.
     recent: VecDeque<(Instant, f64)>,
 }
 

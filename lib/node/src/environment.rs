@@ -1,4 +1,4 @@
-//! What must be right around a node before it starts.
+//! Checks of the environment before a node starts: its address, the master's, and whether the master answers.
 
 use crate::names::{self, special_argument};
 use crate::xmlrpc;
@@ -12,7 +12,7 @@ const MASTER_DEADLINE: Duration = Duration::from_secs(1);
 const MASTER_WAIT: Duration = Duration::from_secs(10);
 const MASTER_POLL: Duration = Duration::from_millis(200);
 
-/// What is wrong around the node, and the remedy.
+/// What is wrong with the environment, and the remedy.
 #[derive(Debug, Error, PartialEq)]
 pub enum EnvironmentError {
     /// Neither ROS_IP nor ROS_HOSTNAME is set.

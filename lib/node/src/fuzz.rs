@@ -15,7 +15,7 @@ use crate::bounded::{Bounded, Request, Response};
 use crate::layout::Layout;
 use crate::transforms::TransformBuffer;
 
-/// All of the process together. An allocation beyond it fails and ends the process.
+/// Memory limit of the process, in bytes. An allocation beyond it fails and ends the process.
 const MEMORY_MAX: usize = 64 << 20;
 
 #[global_allocator]
@@ -27,7 +27,7 @@ const INPUTS: usize = 1_000_000;
 struct Kind {
     name: String,
     layout: Layout,
-    /// Whether they were a message.
+    /// Decodes the bytes; whether they were a message.
     decode: fn(&[u8]) -> bool,
 }
 
@@ -58,7 +58,7 @@ fn service<S: Service>() -> [Kind; 2] {
     ]
 }
 
-/// All that some node or stand-in reads.
+/// All types that some node or simulator reads.
 fn kinds() -> Vec<Kind> {
     use msg::baxter_core_msgs::*;
     use msg::deformable_cobot::*;
@@ -148,7 +148,7 @@ fn what_is_not_spoilt_is_a_message() {
     }
 }
 
-/// Changes nothing, or bytes, lengths, the end, or everything.
+/// Mutates the input: nothing, some bytes, length fields, the end, or everything.
 fn spoil(bytes: &mut Vec<u8>, random: &mut Pcg64Mcg) {
     match random.random_range(0..6) {
         0 => {}

@@ -26,7 +26,7 @@ const RETRY: Duration = Duration::from_millis(50);
 pub(crate) struct Graph {
     /// This computer's name or address, as others know it.
     pub host: String,
-    /// Where topics are sent from.
+    /// TCP port from which topics are sent.
     port: u16,
     links: Mutex<Links>,
     pub registrations: Registrations,
@@ -39,7 +39,7 @@ struct Links {
 }
 
 impl Graph {
-    /// Listens for subscribers and for questions.
+    /// Opens the ports for subscribers and for the slave API.
     ///
     /// # Errors
     /// Where no ports can be had.

@@ -17,7 +17,7 @@ const NO_HARDWARE: &str = "none";
 /// How serious a state is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// As it should be.
+    /// Everything works.
     Ok,
     /// It works, but somebody should look.
     Warn,

@@ -11,7 +11,7 @@ pub use parse::LayoutError;
 
 use std::io::{self, Read};
 
-/// Bytes of one message that are taken at most; an uncompressed 848 × 480 cloud has 13 MB.
+/// Size of the largest message that is accepted, in bytes; an uncompressed 848 × 480 cloud has 13 MB.
 pub const MESSAGE_BYTES_MAX: usize = 64 << 20;
 
 /// Elements of arrays whose elements differ in size, in one message, at most. They are larger in memory than on the wire: an
@@ -24,9 +24,10 @@ pub struct Layout(Vec<Item>);
 
 #[derive(Debug, Clone, PartialEq)]
 enum Item {
-    /// So many bytes, whatever they say.
+    /// A number of bytes that may have any values.
     Fixed(usize),
-    /// So many truth values, 0 or 1. rosrust would take other bytes for a `bool` as they are, which is undefined in Rust.
+    /// A number of `bool`s of one byte each, 0 or 1. rosrust would transmute other bytes to `bool`, which is undefined
+    /// behaviour.
     Truth(usize),
     /// An array whose length precedes it; a string is one of 1-byte elements.
     Array(Layout),

@@ -75,7 +75,7 @@ fn is_ours(metadata: &Metadata) -> bool {
         .any(|name| metadata.target().starts_with(name))
 }
 
-/// As ROS's own loggers do: troubles on stderr, in colour where a person looks.
+/// Writes a record as ROS's own loggers do: warnings and errors to stderr, in colour where that is a terminal.
 fn show(level: Level, line: &str) {
     let colour = match level {
         Level::Error => "31",

@@ -5,7 +5,7 @@ use std::ffi::c_int;
 /// Blocks up to this size stay with the process when they are freed: images and clouds come thirty times a second, and new
 /// memory for each costs milliseconds.
 const KEPT_BYTES: c_int = 32 << 20;
-/// So does free memory up to this size at the end of the heap.
+/// Free memory at the end of the heap stays with the process up to this size.
 const SPARE_BYTES: c_int = 16 << 20;
 
 /// Makes the threads share one heap, which keeps what is freed.

@@ -16,26 +16,27 @@ use tokio::net::tcp::ReadHalf;
 use tokio::sync::{Notify, watch};
 use tokio::time::timeout;
 
-/// How long a subscriber may take for a message while its computer answers; then it is put out, and dials again.
+/// How long a subscriber may take for one message while its computer answers (a frozen rviz, say). After that its connection
+/// is closed; it connects again when it goes on.
 const WRITE_MAX: Duration = Duration::from_secs(5);
 
 /// A topic and who listens to it.
 pub(crate) struct Publication {
-    /// With its namespace.
+    /// Resolved name of the topic.
     pub topic: String,
     /// Its message's type, checksum and definition.
     pub kind: MessageKind,
     latch: Latch,
     /// Messages kept for a slow subscriber.
     queue: usize,
-    /// After which a subscriber whose computer says nothing is gone.
+    /// Silence of a subscriber's computer after which its connection is closed.
     silence_max: Duration,
     state: Mutex<State>,
-    /// Changes with the subscribers.
+    /// Notified when a subscriber comes or goes.
     changes: watch::Sender<()>,
 }
 
-/// What both ends of a connection must agree on.
+/// Type and checksum of a topic's messages, which both ends of a connection must agree on.
 pub(crate) struct MessageKind {
     /// PACKAGE/NAME.
     pub name: String,
@@ -69,10 +70,10 @@ impl MessageKind {
         }
     }
 
-    /// Whether the other end's header means the same.
+    /// Checks type and checksum in the other end's header.
     ///
     /// # Errors
-    /// Says in what it differs.
+    /// Names the field that differs.
     pub fn check(&self, fields: &HashMap<String, String>) -> Result<(), String> {
         for (field, ours) in [("type", &self.name), ("md5sum", &self.md5)] {
             match fields.get(field) {
@@ -142,7 +143,7 @@ impl Publication {
         self.state().is_last_unreachable
     }
 
-    /// Changes with the subscribers.
+    /// Notified when a subscriber comes or goes.
     pub fn changes(&self) -> watch::Receiver<()> {
         self.changes.subscribe()
     }
@@ -155,7 +156,7 @@ impl Publication {
             .all(|link| link.waiting().is_empty())
     }
 
-    /// Sends the topic to a subscriber whose header said `fields`, until one of both ends it.
+    /// Sends the topic to a subscriber with the connection header `fields`, until one end closes the connection.
     pub async fn serve(
         &self,
         stream: &mut TcpStream,
@@ -204,7 +205,7 @@ async fn until_closed(reader: &mut ReadHalf<'_>) -> io::Result<()> {
     Ok(())
 }
 
-/// A link among those of its publication, until dropped.
+/// Lists a link among those of its publication, until dropped.
 struct Listed<'a> {
     publication: &'a Publication,
     link: Arc<Link>,
@@ -249,7 +250,7 @@ impl Drop for Listed<'_> {
 }
 
 impl Link {
-    /// Of too many messages the oldest go; the first is being sent.
+    /// Queues a message. A full queue drops its oldest message, but for the first, which is being sent.
     fn push(&self, bytes: Arc<[u8]>, queue: usize) {
         let mut waiting = self.waiting();
         if waiting.len() > queue {
@@ -260,7 +261,7 @@ impl Link {
         self.news.notify_one();
     }
 
-    /// The oldest message, as soon as there is one; it waits until it was sent.
+    /// The oldest message, as soon as there is one. It stays in the queue until [`Link::sent`].
     async fn next(&self) -> Arc<[u8]> {
         loop {
             let first = self.waiting().front().cloned();

@@ -15,11 +15,11 @@ const MASTER_PERIOD: Duration = Duration::from_secs(2);
 /// Pause between two attempts to tell it something.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Something that the master is told.
+/// Something that this node has registered with the master.
 #[derive(Clone)]
 pub(crate) enum Entry {
     Publication(Arc<Publication>),
-    /// Of this topic, while it is held.
+    /// A subscription to this topic, registered while the subscription is held.
     Subscription(String, Weak<Subscription>),
     /// A service and where it is.
     Service {
@@ -36,22 +36,22 @@ pub(crate) struct Registrations {
 }
 
 struct Core {
-    /// Where this node answers questions.
+    /// URI of this node's slave API, which the master hands on to other nodes.
     uri: String,
     entries: Mutex<Vec<Listed>>,
     news: Notify,
-    /// Writes the parameters in force again.
+    /// Called after the master was restarted: writes the parameters in force again.
     restore: Mutex<Option<Restore>>,
 }
 
 struct Listed {
     entry: Entry,
-    /// Whether the master knows it.
+    /// Whether the master has acknowledged this entry.
     is_told: bool,
 }
 
 impl Registrations {
-    /// Of a node that answers questions at `uri`.
+    /// Without entries, for a node whose slave API is at `uri`.
     pub fn start(uri: String) -> Self {
         let core = Arc::new(Core {
             uri,
@@ -74,7 +74,7 @@ impl Registrations {
         *lock(&self.core.restore) = Some(Box::new(restore));
     }
 
-    /// Takes all entries back, as far as the master hears it by the deadline.
+    /// Unregisters all entries. Those that the master has not acknowledged by the deadline are left registered.
     pub async fn withdraw(&self, deadline: Duration) {
         let entries = std::mem::take(&mut *lock(&self.core.entries));
         let mut calls = JoinSet::new();
@@ -123,7 +123,7 @@ impl Core {
         }
     }
 
-    /// Tells the master what it does not know, in the order in which it was added.
+    /// Registers what the master does not know yet, in the order in which it was added.
     async fn tell_all(&self) {
         loop {
             let next = {
@@ -154,7 +154,7 @@ impl Core {
         }
     }
 
-    /// Takes back topics that nobody in this process reads any more.
+    /// Unregisters subscriptions that nobody in this process holds any more.
     async fn withdraw_dropped(&self) {
         let dropped: Vec<Entry> = {
             let mut entries = lock(&self.entries);
@@ -219,7 +219,7 @@ impl Core {
 }
 
 impl Entry {
-    /// Of the topic or service.
+    /// Name of the topic or service.
     fn name(&self) -> &str {
         match self {
             Self::Publication(publication) => &publication.topic,
@@ -233,7 +233,7 @@ impl Entry {
     }
 }
 
-/// Whether the master answered that it knows nothing, in contrast to that it did not answer.
+/// Whether the master answered that it does not know this node; `false` also where it did not answer.
 fn is_refusal(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::Other
 }

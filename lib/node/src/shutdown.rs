@@ -1,4 +1,4 @@
-//! The end of the process: who is told of it, and who is waited for.
+//! Shutdown of the process: the order to end, and the counters of what it waits for.
 
 use std::sync::LazyLock;
 use tokio::sync::watch;
@@ -8,12 +8,12 @@ use tokio::time::Instant;
 static ORDERED: LazyLock<watch::Sender<Option<Instant>>> =
     LazyLock::new(|| watch::Sender::new(None));
 
-/// Requests that are worked on.
+/// Number of service requests and computations that are under way.
 pub(crate) static REQUESTS: Running = Running::new();
-/// Threads that call back with messages.
+/// Number of threads that call back with messages.
 pub(crate) static THREADS: Running = Running::new();
 
-/// Tells everybody to end; the first order counts.
+/// Orders the shutdown; later orders have no effect.
 pub(crate) fn order() {
     ORDERED.send_if_modified(|ordered| {
         let is_first = ordered.is_none();
@@ -39,10 +39,10 @@ pub(crate) async fn ordered() -> Instant {
     }
 }
 
-/// Counts what the end of the process waits for.
+/// A counter that the shutdown waits for.
 pub(crate) struct Running(LazyLock<watch::Sender<usize>>);
 
-/// Counts, until dropped.
+/// Counts one, until dropped.
 pub(crate) struct Counted(&'static Running);
 
 impl Running {
@@ -55,7 +55,7 @@ impl Running {
         Counted(self)
     }
 
-    /// Waits until none is left; `false` where `deadline` comes first.
+    /// Waits until the counter is zero; `false` where `deadline` comes first.
     pub async fn all_ended(&self, deadline: Instant) -> bool {
         let mut count = self.0.subscribe();
         let ended = count.wait_for(|count| *count == 0);

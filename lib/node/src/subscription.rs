@@ -21,13 +21,13 @@ use tokio::time::{Instant, sleep, timeout};
 
 /// How long a publisher may take for each step until its first message.
 const DIAL_MAX: Duration = Duration::from_millis(2500);
-/// Pause between two attempts to connect to the same publisher: at first, and at most.
+/// Pause between two attempts to connect to the same publisher (backoff): the first, and the longest.
 const RETRY_MIN: Duration = Duration::from_millis(100);
 const RETRY_MAX: Duration = Duration::from_secs(1);
 
 /// A topic and who publishes it.
 pub(crate) struct Subscription {
-    /// With its namespace.
+    /// Resolved name of the topic.
     pub topic: String,
     pub kind: MessageKind,
     /// The topic's name as it was given.
@@ -81,7 +81,7 @@ impl Subscription {
         state.listed = uris.into_iter().collect();
     }
 
-    /// Reads no more.
+    /// Ends the subscription.
     pub fn close(&self) {
         let mut state = self.state();
         state.is_closed = true;
@@ -116,7 +116,7 @@ impl Subscription {
         let (mut pause, mut last) = (RETRY_MIN, None);
         loop {
             let begun = Instant::now();
-            // Without an error the publisher closed it.
+            // Without an error: the publisher closed the connection.
             if let Err(error) = self.read(&uri, &mut last).await {
                 log::debug!("{} from {uri}: {error}", self.topic);
             }

@@ -9,17 +9,17 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt};
 use tokio::net::TcpStream;
 
-/// Bytes of a connection header that are taken at most; most have some hundred, of which a message definition is the
-/// longest.
+/// Size limit of a connection header, bytes. Most have some hundred; the longest field is the message definition.
 const HEADER_BYTES_MAX: usize = 256 << 10;
 
-/// A peer whose computer says nothing is gone after 3 s: something may be moving for it.
+/// Silence after which a peer's computer counts as unreachable where something may be moving for it.
 pub(crate) const PROMPT: Duration = Duration::from_secs(3);
-/// The same for who only listens. TCP goes on by itself where the computer is back before; rospy and roscpp notice only by
-/// their own keepalive, after 60 s, that the other end has given them up, and would be deaf until then.
+/// The same for a peer that only listens. TCP retransmits by itself what was lost where the computer is back earlier. A
+/// connection that this end has given up is noticed by rospy and roscpp only through their own keepalive, after 60 s; they
+/// hear nothing until then.
 pub(crate) const PATIENT: Duration = Duration::from_secs(60);
 
-/// Keepalive probes, the last of which ends the silence that is allowed.
+/// Number of keepalive probes within the silence that is allowed.
 const PROBES: u32 = 3;
 
 /// Sends at once, and notices within 3 s when the peer cannot be reached any more.
@@ -86,7 +86,7 @@ pub(crate) async fn read_header(
     Ok(fields)
 }
 
-/// A connection header, as it is sent.
+/// Encodes a connection header.
 pub(crate) fn header(fields: &[(&str, &str)]) -> Vec<u8> {
     let mut body = Vec::new();
     for (name, value) in fields {
@@ -95,7 +95,7 @@ pub(crate) fn header(fields: &[(&str, &str)]) -> Vec<u8> {
     block(&body)
 }
 
-/// Bytes after their length.
+/// Encodes a block: the bytes, preceded by their length.
 pub(crate) fn block(bytes: &[u8]) -> Vec<u8> {
     let mut block = (bytes.len() as u32).to_le_bytes().to_vec();
     block.extend_from_slice(bytes);

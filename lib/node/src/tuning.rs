@@ -26,7 +26,7 @@ pub struct Tuned<P: 'static> {
 
 struct Core<P: 'static> {
     current: Mutex<Arc<P>>,
-    /// Held during a change, which asks the master; [`Tuned::now`] does not wait for that.
+    /// Locked during a change, which writes to the parameter server; [`Tuned::now`] does not wait for it.
     changing: Mutex<()>,
     tunables: &'static [Tunable<P>],
     updates: Publisher<Config>,

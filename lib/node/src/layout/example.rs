@@ -1,4 +1,4 @@
-//! Messages as they might come, made of their layout alone.
+//! Random bytes of messages that their layout allows, for the fuzz test.
 
 use super::{Item, Layout};
 use rand::RngExt;

@@ -4,10 +4,10 @@ use super::{Item, Layout};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Messages within messages; the definitions in use need 4.
+/// Largest depth of nested messages; the definitions in use need 4.
 const DEPTH_MAX: usize = 16;
 
-/// A definition text that makes no sense.
+/// Why a definition text cannot be parsed.
 #[derive(Debug, Error, PartialEq)]
 pub enum LayoutError {
     /// A line is no field, constant or comment.

@@ -1,4 +1,4 @@
-//! The other nodes: which do not answer, and whose clock is not in step with ours.
+//! Watches the other nodes: which of them do not answer, and whose clock is skewed against ours.
 
 mod report;
 

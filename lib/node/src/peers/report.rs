@@ -1,14 +1,14 @@
-//! What is told of other nodes.
+//! What the watch over the other nodes reports.
 
 use crate::clock_skew::ClockOffset;
 use std::fmt;
 
-/// Whose stamp it is.
+/// The origin of a stamp.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Source {
     /// The node of this name.
     Node(String),
-    /// Whoever publishes this topic.
+    /// The only publisher of this topic, whose name need not be known.
     Topic(String),
 }
 
@@ -19,14 +19,14 @@ pub struct Unreachable {
     pub node: String,
     /// Where the master says that it is; empty where it does not say.
     pub host: String,
-    /// What happened instead.
+    /// The error of the last attempt to reach it.
     pub reason: String,
 }
 
 /// The clock of the computer that a node runs on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PeerClock {
-    /// Whose stamps were looked at.
+    /// Origin of the stamps that the offset was estimated from.
     pub source: Source,
     /// Name of the node.
     pub node: String,

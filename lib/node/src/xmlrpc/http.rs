@@ -3,9 +3,9 @@
 use std::io;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
-/// Bytes of first line and header fields at most.
+/// Size limit of the first line and the header fields together, bytes.
 const HEAD_BYTES_MAX: usize = 16 << 10;
-/// Bytes of a body at most: a parameter server may hold a robot's whole description.
+/// Size limit of a body, bytes: a parameter server may hold a robot's whole description.
 const BODY_BYTES_MAX: usize = 8 << 20;
 
 /// Writes a message with this first line and perhaps header fields after it.
@@ -51,7 +51,7 @@ pub(super) async fn read(stream: &mut (impl AsyncRead + Unpin)) -> io::Result<(S
         .map_err(|_| invalid("the body of an HTTP message is no text"))
 }
 
-/// The rest of a body that has begun. Without a length it goes on to the end of the stream.
+/// Reads the rest of a body. Without a Content-Length it goes on to the end of the stream.
 async fn read_body(
     stream: &mut (impl AsyncRead + Unpin),
     mut body: Vec<u8>,

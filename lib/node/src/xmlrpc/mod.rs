@@ -55,7 +55,7 @@ pub(crate) async fn call(
     timeout(deadline, exchange).await.map_err(timed_out)?
 }
 
-/// As [`call`], of a method of ROS's APIs, whose answers are a code, words and a value.
+/// Calls a method of ROS's APIs, whose answers are a status code, a status message and a value; gives the value.
 ///
 /// # Errors
 /// Also where the code says that the method failed.

@@ -1,4 +1,4 @@
-//! The server's side: a node is asked by the master and by other nodes.
+//! The XML-RPC server of a node's slave API, called by the master and by other nodes.
 
 use super::http;
 use super::value::{Value, decode_call, encode_fault, encode_response};
@@ -10,9 +10,9 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time::{sleep, timeout};
 
-/// How long a question, once its connection stands, and the taking of its answer may take.
+/// Time limit for a request to arrive once its connection stands, and for its answer to be taken.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How long a connection may be kept for a next question; clients that keep it ask again when it is closed.
+/// Keep-alive: how long an idle connection stays open for a next request. Clients connect again after that.
 const IDLE_MAX: Duration = Duration::from_secs(60);
 const RETRY: Duration = Duration::from_millis(50);
 
@@ -23,7 +23,7 @@ pub(crate) trait Respond:
 }
 impl<F: Fn(&str, Vec<Value>) -> Result<Value, String> + Send + Sync + 'static> Respond for F {}
 
-/// Answers whoever calls, until dropped.
+/// Serves all connections, until dropped.
 pub(crate) async fn serve(listener: TcpListener, respond: Arc<impl Respond>) {
     let callers = Callers::new(Capacity::CALLS);
     loop {

@@ -4,10 +4,10 @@ use roxmltree::{Document, Node};
 use std::fmt::Write;
 use std::io;
 
-/// Values within values at most; ROS's own go three deep, parameters as deep as their YAML.
+/// Largest depth of nested values; ROS's own are three deep, parameters as deep as their YAML.
 const DEPTH_MAX: usize = 32;
 
-/// What calls and answers are made of. ROS uses neither dates nor base64.
+/// A value in a call or an answer. ROS uses neither dates nor base64.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Value {
     Bool(bool),
@@ -58,7 +58,7 @@ impl Value {
         }
     }
 
-    /// An array of texts; what is none is left out.
+    /// The texts of an array; other values in it are left out.
     pub fn into_texts(self) -> Vec<String> {
         let values = self.into_array().unwrap_or_default();
         values.into_iter().filter_map(Value::into_text).collect()
