@@ -98,6 +98,17 @@ def test_files_exist():
             if 'NODE' not in file and not (CHECKOUT / file.rstrip('.')).exists()] == []
 
 
+def test_the_remedies_of_nodes_name_their_tests():
+    rows = re.findall(r'^//! \| (?!what|---)(.+) \|$', (CHECKOUT / 'lib/node/src/lib.rs').read_text(), flags=re.MULTILINE)
+    tests = {file.relative_to(CHECKOUT / 'tests').as_posix(): file.read_text()
+             for file in (CHECKOUT / 'tests').rglob('test_*.py')}
+    names = set(tests) | {name for text in tests.values() for name in re.findall(r'^def (test_\w+)', text, flags=re.MULTILINE)}
+    assert len(rows) > 9
+    for row in rows:
+        told = re.findall(r'`([^`]+)`', row.split(' | ')[-1])
+        assert told and set(told) <= names, row
+
+
 @pytest.mark.built
 def test_options_are_taken(executables, executable):
     told = commands(r'(?:target/release/|rosrun deformable_cobot )(\w+)((?: (?!#)[^ ]+)*)')
