@@ -39,6 +39,7 @@ services! {
     RegisterViews(View, RegisteredCloud);
     CropCloud(RegisteredCloud, ObjectCloud);
     ClassifyCloud(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, Classification);
+    LoadModel();
     HoldObject();
     CalibrateCameraMount(rosrust_msg::geometry_msgs::Transform, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Quaternion);
     Grasp();

@@ -108,6 +108,7 @@ fn kinds() -> Vec<Kind> {
     kinds.extend(service::<RegisterViews>());
     kinds.extend(service::<CropCloud>());
     kinds.extend(service::<ClassifyCloud>());
+    kinds.extend(service::<LoadModel>());
     kinds.extend(service::<HoldObject>());
     kinds.extend(service::<CalibrateCameraMount>());
     kinds.extend(service::<Grasp>());

@@ -1,16 +1,19 @@
 //! Names the object of each scan after each of its views, and of any cloud on request.
 
+mod models;
+
 use anyhow::Context;
 use classifier::{Answer, Model, Parameters};
+use models::Models;
 use msg::deformable_cobot::{
-    Classification, ClassifyCloud, ClassifyCloudReq, ClassifyCloudRes, ObjectCloud,
+    Classification, ClassifyCloud, ClassifyCloudReq, ClassifyCloudRes, LoadModel, LoadModelRes,
+    ObjectCloud,
 };
 use msg::progress::Progress;
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
 use nalgebra::Vector3;
 use node::{Expect, Latch, Level, Node};
-use std::path::Path;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -19,34 +22,76 @@ fn main() -> ExitCode {
 }
 
 async fn serve(node: Node) -> anyhow::Result<()> {
-    let parameters = node.parameters(Parameters::validate)?;
-    let model = load(&node, &parameters)?;
+    let parameters: Parameters = node.parameters(Parameters::validate)?;
+    let models = Models::load(&parameters)
+        .with_context(|| format!("cannot use the model '{}'", parameters.model))?;
+    let models = Arc::new(models);
+    tell(&node, &models);
     let answers = node.publish("classification", 16, Latch::Yes)?;
     let progress = Mutex::new(Progress::default());
     let _objects = node.subscribe("object", Expect::EVENTS, {
-        let model = Arc::clone(&model);
+        let models = Arc::clone(&models);
         move |object: ObjectCloud| {
             let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
             if progress.advance(&object.scan_id, object.view_count, object.complete) {
+                let model = models.of_scan(&object.scan_id);
                 answers.send(name_object(&model, object));
             }
         }
     })?;
-    let _service = node.serve::<ClassifyCloud>("classify_cloud", move |request, _| {
-        let model = Arc::clone(&model);
-        async move {
-            let result = node::compute(move || classify_at_once(&model, &request)).await?;
-            Ok(ClassifyCloudRes { result })
+    let _classify = node.serve::<ClassifyCloud>("classify_cloud", {
+        let models = Arc::clone(&models);
+        move |request, _| {
+            let model = models.in_force();
+            async move {
+                let result = node::compute(move || classify_at_once(&model, &request)).await?;
+                Ok(ClassifyCloudRes { result })
+            }
+        }
+    })?;
+    let _load = node.serve::<LoadModel>("load_model", {
+        let node = node.clone();
+        move |request, _| {
+            let (node, models) = (node.clone(), Arc::clone(&models));
+            let parameters = Parameters {
+                model: request.model,
+                ..parameters.clone()
+            };
+            node::compute(move || exchange(&node, &models, &parameters))
         }
     })?;
     node.until_shutdown().await;
     Ok(())
 }
 
-fn load(node: &Node, parameters: &Parameters) -> anyhow::Result<Arc<Mutex<Model>>> {
-    let path = Path::new(&parameters.model);
-    let model = Model::load(path, parameters.provider, &parameters.device)
-        .with_context(|| format!("cannot use the model '{}'", parameters.model))?;
+/// Exchanges the model; the answer is of the one in force afterwards.
+fn exchange(node: &Node, models: &Models, parameters: &Parameters) -> LoadModelRes {
+    let error = match models.exchange(parameters) {
+        Ok(()) => {
+            // A classifier that is started again takes the new one.
+            node.change_parameters(parameters);
+            tell(node, models);
+            String::new()
+        }
+        Err(error) => {
+            let error = format!("{:#}", anyhow::Error::from(error));
+            log::error!("load_model: {error}; the model of before stays in force");
+            error
+        }
+    };
+    let model = models.in_force();
+    let model = model.lock().unwrap_or_else(PoisonError::into_inner);
+    LoadModelRes {
+        error,
+        model_id: model.metadata().run_id.clone(),
+        labels: model.metadata().labels.clone(),
+    }
+}
+
+/// Says in log and diagnostics which model is in force, and what runs it.
+fn tell(node: &Node, models: &Models) {
+    let model = models.in_force();
+    let model = model.lock().unwrap_or_else(PoisonError::into_inner);
     match model.fallback_reason() {
         None => node.health().set("provider", Level::Ok, model.provider()),
         Some(reason) => {
@@ -65,7 +110,6 @@ fn load(node: &Node, parameters: &Parameters) -> anyhow::Result<Arc<Mutex<Model>
         metadata.labels.join(", "),
         model.provider()
     );
-    Ok(Arc::new(Mutex::new(model)))
 }
 
 /// The answer to a cloud from anywhere.
