@@ -65,6 +65,9 @@ pub struct Decoded {
 }
 
 /// Reads the points of `message`, in order.
+///
+/// # Errors
+/// [`CloudError`]: the message is big-endian, has no float32 x, y, z, or its sizes do not fit.
 pub fn to_points(message: &PointCloud2) -> Result<Decoded, CloudError> {
     if message.is_bigendian {
         return Err(CloudError::BigEndian);

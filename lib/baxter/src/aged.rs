@@ -2,21 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-/// A value and the moment of its arrival.
+/// A value with its time of arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aged<T> {
-    /// Value.
+    /// The value.
     pub value: T,
-    /// When it arrived, by this computer's monotonic clock.
+    /// Time of its arrival by this computer's monotonic clock.
     pub received: Instant,
 }
 
-/// Why the last message on a topic does not count.
+/// Why there is no fresh message on a topic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Silence {
-    /// There was none.
+    /// No message has arrived yet.
     Never,
-    /// It is too old.
+    /// The last message is too old.
     Stale {
         /// Its age, s.
         age_s: f64,
@@ -25,10 +25,10 @@ pub enum Silence {
     },
 }
 
-/// The last value, unless there was none or it is older than `age_max`.
+/// The last value, if there is one and it is not older than `age_max`.
 ///
 /// # Errors
-/// Which of the two.
+/// [`Silence`]: there is none, or it is too old.
 pub fn fresh<T>(last: Option<&Aged<T>>, age_max: Duration, now: Instant) -> Result<&T, Silence> {
     let last = last.ok_or(Silence::Never)?;
     let age = now.saturating_duration_since(last.received);

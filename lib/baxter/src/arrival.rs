@@ -7,8 +7,8 @@ use crate::joint::JointSample;
 /// Speed of a joint that counts as rest unless the user says otherwise, rad/s.
 pub const REST_VELOCITY_RAD_S: f64 = 0.02;
 
-/// Time for which it must be that slow, s: three periods of the joint states at 100 Hz, and not four where their stamps
-/// jitter. Longer, and images lie ready and wait for the answer.
+/// Dwell: time for which a joint must be that slow, s. 25 ms spans three samples of the joint states at 100 Hz, even if
+/// their stamps jitter by a few ms. A longer dwell delays every view of a scan.
 pub const REST_DWELL_S: f64 = 0.025;
 
 /// Where and since when a joint has been at rest.
@@ -20,8 +20,8 @@ pub struct Arrived {
     pub at_rest: Duration,
 }
 
-/// Judges samples of one joint. Time is that of their stamps, so that samples held up on the way and delivered together
-/// do not pass for a long rest, nor one sample read twice.
+/// Decides from the samples of one joint whether it has arrived. Time is taken from the samples' stamps, so that neither
+/// samples that were delayed and delivered together, nor one sample read twice, count as a long rest.
 #[derive(Debug, Clone)]
 pub struct Arrival {
     target_rad: f64,
@@ -33,7 +33,7 @@ pub struct Arrival {
 }
 
 impl Arrival {
-    /// At `target_rad` within `tolerance_rad`, no faster than `rest_velocity_rad_s`, for `dwell`.
+    /// Arrival at `target_rad` within `tolerance_rad`, no faster than `rest_velocity_rad_s`, for `dwell`.
     pub fn new(
         target_rad: f64,
         tolerance_rad: f64,
@@ -51,12 +51,12 @@ impl Arrival {
         }
     }
 
-    /// At rest wherever it is: no faster than `rest_velocity_rad_s`, for `dwell`.
+    /// Rest at any angle: no faster than `rest_velocity_rad_s`, for `dwell`.
     pub fn anywhere(rest_velocity_rad_s: f64, dwell: Duration) -> Self {
         Self::new(0.0, f64::INFINITY, rest_velocity_rad_s, dwell)
     }
 
-    /// Takes the newest sample; says so once the joint has arrived.
+    /// Takes the newest sample. Returns where and since when the joint has been at rest, once it has arrived.
     pub fn observe(&mut self, sample: JointSample) -> Option<Arrived> {
         let last = self.last.replace(sample);
         if last.is_some_and(|last| last.stamp == sample.stamp) {
@@ -80,7 +80,7 @@ impl Arrival {
         (sample.angle_rad - self.target_rad).abs() <= self.tolerance_rad
     }
 
-    /// By the reported velocity; by two angles where the message had none.
+    /// Whether the joint is slow, by its reported velocity, or by the difference of two angles where the message has none.
     fn is_slow(&self, sample: JointSample, last: Option<JointSample>) -> bool {
         let velocity_rad_s = match (sample.velocity_rad_s, last) {
             (Some(velocity_rad_s), _) => velocity_rad_s,

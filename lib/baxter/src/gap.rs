@@ -1,15 +1,15 @@
-//! Between a gripper's own measure and metres.
+//! Converts between a gripper's own position measure and metres.
 
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
-/// How far apart the fingers of a gripper are at the ends of their travel.
+/// Distance between the fingers of a gripper at both ends of their travel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gap {
-    /// Closed, m.
+    /// Distance when closed, m; at least 0.
     pub closed_m: f64,
-    /// Open, m.
+    /// Distance when open, m; more than `closed_m`.
     pub open_m: f64,
 }
 
@@ -24,7 +24,10 @@ impl Default for Gap {
 }
 
 impl Gap {
-    /// Refuses a gripper that is wider closed than open.
+    /// Checks the distances.
+    ///
+    /// # Errors
+    /// A distance is negative or NaN, or the gripper is wider closed than open.
     pub fn validate(&self) -> Result<(), ParameterError> {
         in_range("gap/open_m", self.open_m, 0.001..=1.0, "m")?;
         in_range("gap/closed_m", self.closed_m, 0.0..=self.open_m - 1e-4, "m")
@@ -35,7 +38,7 @@ impl Gap {
         self.closed_m + share * (self.open_m - self.closed_m)
     }
 
-    /// Share of the travel at which the fingers are `width_m` apart; outside 0 to 1 where they cannot be.
+    /// Share of the travel at which the fingers are `width_m` apart. Outside 0 to 1 if the gripper cannot reach that.
     pub fn share(&self, width_m: f64) -> f64 {
         (width_m - self.closed_m) / (self.open_m - self.closed_m)
     }

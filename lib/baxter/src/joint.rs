@@ -1,4 +1,4 @@
-//! One joint: its limits, and what the robot last said of it.
+//! One joint: its limits and its last measured state.
 
 use std::time::Duration;
 
@@ -35,9 +35,8 @@ pub struct JointSample {
 }
 
 impl JointSample {
-    /// What a joint_states message says of `joint`. The joint is found by its name, since the robot mixes messages of
-    /// several layouts on the topic: those without the joint are normal, and a list shorter than that of the names lacks
-    /// the rest.
+    /// Finds `joint` in a joint_states message by its name, since the robot publishes messages of several layouts on the
+    /// topic. `None` if the message does not have the joint, which is normal, or if its list of positions is too short.
     pub fn find(
         joint: &str,
         names: &[String],

@@ -1,5 +1,5 @@
-//! What every program here knows of a Baxter: its arms, joints and limits, what it says of its state, when a joint is at
-//! rest, and how far apart its gripper's fingers are. Without ROS; metres, radians and seconds throughout.
+//! Facts about a Baxter, shared by all programs: arms, joints and limits, the robot's state, when a joint is at rest, and
+//! the distance of the gripper's fingers. Independent of ROS; metres, radians and seconds throughout.
 
 mod aged;
 mod arrival;

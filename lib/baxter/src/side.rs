@@ -24,7 +24,7 @@ impl Side {
     /// Both arms.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    /// As in topic and joint names.
+    /// `left` or `right`, as in topic and joint names.
     pub fn name(self) -> &'static str {
         match self {
             Self::Left => "left",
@@ -73,23 +73,23 @@ impl Side {
         ]
     }
 
-    /// Topics of this arm begin so.
+    /// Prefix of this arm's topics.
     pub fn limb_topics(self) -> String {
         format!("/robot/limb/{}", self.name())
     }
 
-    /// Where the robot says whether somebody holds this arm's cuff.
+    /// Topic of the cuff's digital input: whether somebody holds this arm's cuff.
     pub fn cuff_topic(self) -> String {
         format!("/robot/digital_io/{}_lower_cuff/state", self.name())
     }
 
-    /// Topics of this arm's electric gripper begin so.
+    /// Prefix of the topics of this arm's electric gripper.
     pub fn gripper_topics(self) -> String {
         format!("/robot/end_effector/{}_gripper", self.name())
     }
 
-    /// Topics of this arm's ReFlex hand begin so, unless its driver was given another namespace: the left one is the
-    /// driver's second hand.
+    /// Prefix of the topics of this arm's ReFlex hand, unless its driver was started in another namespace. The left hand is
+    /// the driver's second one.
     pub fn reflex_topics(self) -> &'static str {
         match self {
             Self::Left => "/hand2/reflex_takktile",
@@ -98,7 +98,7 @@ impl Side {
     }
 }
 
-/// Angles with which one arm is the mirror image of the other; both in the robot's order, rad.
+/// Joint angles with which the other arm is the mirror image of this one; both in the robot's order, rad.
 pub fn mirrored(arm_rad: [f64; JOINTS_PER_ARM]) -> [f64; JOINTS_PER_ARM] {
     let [s0, s1, e0, e1, w0, w1, w2] = arm_rad;
     [-s0, s1, -e0, e1, -w0, w1, -w2]

@@ -1,4 +1,4 @@
-//! What the robot says of its state on `/robot/state`, and when that forbids motion.
+//! The robot's state on `/robot/state`, and which states forbid motion.
 
 use std::fmt::{Display, Formatter};
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use crate::aged::{Aged, Silence, fresh};
 /// The fields of `/robot/state` (`baxter_core_msgs/AssemblyState`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RobotState {
-    /// Fit to work; firmware 1.1 and the maker's emulator never say so.
+    /// Ready to work; always false with firmware 1.1 and with the maker's emulator.
     pub ready: bool,
     /// Joints are powered.
     pub enabled: bool,
@@ -44,7 +44,7 @@ pub enum EstopSource {
     None,
     /// A person, by the button.
     User,
-    /// Not known; so after a stop by software.
+    /// Not known, as after a stop by software.
     Unknown,
     /// A fault of a part.
     Fault,
@@ -146,19 +146,19 @@ impl Display for EstopSource {
 pub struct StateRules {
     /// Age at which `/robot/state` no longer counts.
     pub age_max: Duration,
-    /// Does a robot that does not say that it is ready stay where it is?
+    /// Whether motion requires that the robot reports `ready`.
     pub require_ready: bool,
-    /// May a robot move that reports an error?
+    /// Whether motion is allowed although the robot reports an error.
     pub tolerate_error: bool,
 }
 
 /// Why the robot's state forbids motion, with the remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StateRefusal {
-    /// No `/robot/state` at all.
+    /// No message on `/robot/state` yet.
     #[error("no message on /robot/state yet: is the robot on, and ROS_MASTER_URI its own?")]
     Absent,
-    /// `/robot/state` has ceased.
+    /// No fresh message on `/robot/state`.
     #[error(
         "last message on /robot/state is {age_s:.2} s old (at most {max_s}): check the link to the robot"
     )]
@@ -168,7 +168,7 @@ pub enum StateRefusal {
         /// Allowed age, s.
         max_s: f64,
     },
-    /// Button or another source of emergency stop.
+    /// Emergency stop, by the button or another source.
     #[error(
         "the robot is stopped by emergency stop (button {button}, source {source_name}): release the button, reset and \
          enable the robot"
@@ -196,10 +196,10 @@ pub enum StateRefusal {
 }
 
 impl StateRules {
-    /// May the robot move, by what it `last` said of its state?
+    /// Checks whether the robot may move, by its `last` state.
     ///
     /// # Errors
-    /// Why not: the cause before its consequences, since an emergency stop also stops and disables.
+    /// Why not. The cause is named before its consequences, since an emergency stop also stops and disables.
     pub fn check(&self, last: Option<&Aged<RobotState>>, now: Instant) -> Result<(), StateRefusal> {
         let state = fresh(last, self.age_max, now).map_err(|silence| match silence {
             Silence::Never => StateRefusal::Absent,
@@ -223,81 +223,4 @@ impl StateRules {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RULES: StateRules = StateRules {
-        age_max: Duration::from_millis(500),
-        require_ready: true,
-        tolerate_error: false,
-    };
-
-    fn refusal(rules: StateRules, value: RobotState) -> Option<StateRefusal> {
-        let received = Instant::now();
-        rules.check(Some(&Aged { value, received }), received).err()
-    }
-
-    #[test]
-    fn numbers_of_the_message_survive_the_way_through_the_types() {
-        for number in 0..=u8::MAX {
-            assert_eq!(u8::from(EstopButton::from(number)), number);
-            assert_eq!(u8::from(EstopSource::from(number)), number);
-        }
-    }
-
-    #[test]
-    fn each_bad_state_is_refused_by_its_name() {
-        let healthy = RobotState::HEALTHY;
-        assert_eq!(refusal(RULES, healthy), None);
-        let stopped = true;
-        let (enabled, ready) = (false, false);
-        for (state, expected) in [
-            (RobotState { enabled, ..healthy }, StateRefusal::NotEnabled),
-            (RobotState { stopped, ..healthy }, StateRefusal::Stopped),
-            (RobotState { ready, ..healthy }, StateRefusal::NotReady),
-        ] {
-            assert_eq!(refusal(RULES, state), Some(expected));
-        }
-        let pressed = RobotState {
-            enabled: false,
-            stopped: true,
-            estop_button: EstopButton::Pressed,
-            estop_source: EstopSource::Other(77),
-            ..healthy
-        };
-        let text = refusal(RULES, pressed).map(|refusal| refusal.to_string());
-        assert!(text.is_some_and(|text| text.contains("button pressed, source 77")));
-    }
-
-    #[test]
-    fn ready_and_error_are_policies() {
-        let lenient = StateRules {
-            require_ready: false,
-            tolerate_error: true,
-            ..RULES
-        };
-        let faulty = RobotState {
-            ready: false,
-            error: true,
-            ..RobotState::HEALTHY
-        };
-        assert_eq!(refusal(lenient, faulty), None);
-        assert_eq!(refusal(RULES, faulty), Some(StateRefusal::Error));
-    }
-
-    #[test]
-    fn silence_is_refused_with_its_age() {
-        let now = Instant::now();
-        assert_eq!(RULES.check(None, now), Err(StateRefusal::Absent));
-        let last = Aged {
-            value: RobotState::HEALTHY,
-            received: now,
-        };
-        let later = now + Duration::from_millis(510);
-        let (age_s, max_s) = (0.51, 0.5);
-        assert_eq!(
-            RULES.check(Some(&last), later),
-            Err(StateRefusal::Stale { age_s, max_s })
-        );
-    }
-}
+mod tests;

@@ -1,4 +1,4 @@
-//! Points sorted into cubes, for looking around within one cube's side.
+//! Spatial hashing: points sorted into cubes, to find neighbours within one cube's side.
 
 use nalgebra::{Point3, Vector3};
 
@@ -23,7 +23,7 @@ impl Cells {
             .iter()
             .map(|point| cells.bucket(&cells.cube(point)))
             .collect();
-        // A counting sort: sizes, then ends, then each point moves its bucket's end down to its own place.
+        // Counting sort: count each bucket, sum up to the buckets' ends, then fill each bucket from its end downward.
         buckets.iter().for_each(|&bucket| cells.starts[bucket] += 1);
         let mut end = 0;
         for start in &mut cells.starts {
@@ -37,7 +37,7 @@ impl Cells {
         cells
     }
 
-    /// Every point of the 27 cubes around a place, once, and perhaps some from elsewhere.
+    /// Every point of the 27 cubes around a position, each once. Hash collisions may add points from other cubes.
     pub(crate) fn around(&self, place: &Point3<f32>) -> impl Iterator<Item = usize> {
         let centre = self.cube(place);
         let mut buckets = [0; 27];
@@ -48,7 +48,7 @@ impl Cells {
             let offset = Vector3::new(step(1), step(3), step(9));
             *bucket = self.bucket(&centre.zip_map(&offset, i32::wrapping_add));
         }
-        // Two cubes may share a bucket, whose points must not come twice.
+        // Two of the cubes may share a bucket; return its points only once.
         (0..27)
             .filter(move |&number| !buckets[..number].contains(&buckets[number]))
             .map(move |number| buckets[number])

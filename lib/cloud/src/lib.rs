@@ -1,4 +1,4 @@
-//! Point clouds: what several rooms do to them, without ROS.
+//! Operations on point clouds that several crates share, independent of ROS.
 //!
 //! A cloud is a slice of [`Point3<f32>`] in metres, in a frame that the caller knows. Every function is deterministic:
 //! the same points in the same order give the same answer.
@@ -8,6 +8,8 @@ pub mod file;
 pub mod neighbours;
 pub mod normals;
 pub mod outliers;
+#[cfg(test)]
+mod random;
 pub mod sample;
 mod sphere;
 pub mod text;
@@ -26,7 +28,7 @@ pub use voxel::VoxelError;
 pub struct Cloud {
     /// Finite points other than the origin, in the order of the source.
     pub points: Vec<Point3<f32>>,
-    /// The others.
+    /// Number of points that were left out.
     pub dropped: Dropped,
 }
 
@@ -40,7 +42,7 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// Whether a point is a measurement: the one rule of all readers. It is counted if not.
+    /// Whether a point is a measurement, by the rule that all readers share. Counts it otherwise.
     fn is_measured(&mut self, point: &Point3<f32>) -> bool {
         let is_zero = *point == Point3::origin();
         self.non_finite += usize::from(!is_finite(point));
@@ -55,7 +57,7 @@ impl Dropped {
 }
 
 impl Cloud {
-    /// Sorts out points that are not finite or exactly (0, 0, 0).
+    /// Removes points that are not finite or exactly (0, 0, 0).
     pub fn clean(points: impl IntoIterator<Item = Point3<f32>>) -> Self {
         let mut dropped = Dropped::default();
         let points = points

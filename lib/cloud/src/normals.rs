@@ -1,10 +1,10 @@
-//! Directions of surfaces.
+//! Surface normals of point clouds.
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 
 use crate::voxel::{Grid, VoxelError};
 
-/// Fewer points than these in a patch make a normal of noise.
+/// Least number of points of a patch: the normal of fewer is mostly noise.
 const PATCH_POINTS_MIN: usize = 6;
 /// A patch is flat if the variance across it is below this share of that along its shorter side. Noise of 0.9 mm, that of
 /// a D435i at half a metre, makes 0.15 of a patch of 8 mm.
@@ -14,7 +14,7 @@ const FLAT_BELOW: f64 = 0.15;
 /// side `patch_m`. Which of the two sides it looks to is not determined. `None` where a patch is not flat, or has fewer
 /// than six points.
 ///
-/// One plane a cube costs a hundredth of one plane a point.
+/// Fitting one plane for each cube costs a hundredth of fitting one for each point.
 ///
 /// # Errors
 /// A side that is not positive, or a point too far from the origin for it.
@@ -35,7 +35,7 @@ pub fn of_patches(
     Ok(patch_of.into_iter().map(|patch| normals[patch?]).collect())
 }
 
-/// The same normals, each turned to the side from which `eye` looks at its point (all in one frame, m).
+/// Flips normals so that each faces the viewpoint `eye` (all in one frame, m).
 pub fn towards(eye: &Point3<f32>, points: &[Point3<f32>], normals: &mut [Option<Vector3<f32>>]) {
     for (point, normal) in points.iter().zip(normals) {
         if let Some(normal) = normal
@@ -47,7 +47,7 @@ pub fn towards(eye: &Point3<f32>, points: &[Point3<f32>], normals: &mut [Option<
     }
 }
 
-/// Sums from which the plane through points follows, without keeping the points.
+/// Running sums of points (count, first and second moments), from which their best plane follows.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Moments {
     count: f64,
@@ -58,7 +58,7 @@ pub struct Moments {
 /// The plane that fits points best.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// Of unit length; which of the two sides it points to is not determined.
+    /// Unit normal; its sign is arbitrary.
     pub normal: Unit<Vector3<f64>>,
     /// Variances along the three principal directions, smallest (along the normal) first, m².
     pub variances: [f64; 3],
@@ -107,7 +107,7 @@ impl Moments {
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
         let variances = order.map(|index| eigen.eigenvalues[index].max(0.0));
-        // On a line the second variance is nothing but rounding.
+        // For points on a line the second variance is only rounding.
         if variances[1] <= 1e-9 * variances[2] || variances[2] <= 0.0 {
             return None;
         }

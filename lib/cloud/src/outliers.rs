@@ -1,4 +1,4 @@
-//! Stray points.
+//! Outlier removal: by the number of neighbours within a radius, and statistical.
 
 use std::num::NonZeroUsize;
 
@@ -37,7 +37,7 @@ pub fn statistical(
     let Some(tree) = Tree::new(points) else {
         return Vec::new();
     };
-    // One more: the nearest to a point is the point itself.
+    // One more, since the nearest neighbour of a point is the point itself.
     let wanted = neighbour_count.saturating_add(1);
     let mean_distance = |point| {
         let found = tree.nearest_n(point, wanted).skip(1);
@@ -73,17 +73,9 @@ mod tests {
 
     use super::*;
 
-    fn random_points(seed: u64, count: usize) -> Vec<Point3<f32>> {
-        println!("seed {seed}");
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        (0..count)
-            .map(|_| Point3::new(random.random(), random.random(), random.random()))
-            .collect()
-    }
-
     #[test]
     fn radius_agrees_with_looking_at_every_pair() {
-        let points = random_points(1, 800);
+        let points = random::points(1, 800, 1.0);
         for (radius_m, min_neighbours) in [(0.05, 1), (0.1, 4), (0.4, 60), (3.0, 799), (3.0, 800)] {
             let slow: Vec<bool> = points
                 .iter()
@@ -105,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_stray_point_is_found_by_both_rules() {
-        let mut points: Vec<_> = random_points(2, 500)
+        let mut points: Vec<_> = random::points(2, 500, 1.0)
             .iter()
             .map(|point| point * 0.05)
             .collect();

@@ -7,17 +7,17 @@ use crate::{centroid, is_finite};
 /// Why a cloud could not be sampled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SampleError {
-    /// Repeating points would change the shape's weights; the caller decides.
+    /// The cloud has fewer points than wanted. Points are not repeated, since that would distort the density.
     #[error(
         "{count} points wanted of a cloud of {available}; look closer, or with a wider depth range"
     )]
     TooFew {
-        /// Points wanted.
+        /// Number of points wanted.
         count: usize,
-        /// Points there.
+        /// Number of points in the cloud.
         available: usize,
     },
-    /// A distance to NaN is no distance.
+    /// A coordinate is NaN or infinite.
     #[error("point {index} has a coordinate that is NaN or infinite; drop such points first")]
     NotFinite {
         /// Index of the point.
@@ -29,6 +29,9 @@ pub enum SampleError {
 /// Of equally far points the one with the lowest index is taken.
 ///
 /// Costs `count` passes over the cloud.
+///
+/// # Errors
+/// [`SampleError`]: the cloud has too few points, or one is not finite.
 pub fn farthest_points(points: &[Point3<f32>], count: usize) -> Result<Vec<usize>, SampleError> {
     if points.len() < count {
         return Err(SampleError::TooFew {
@@ -45,13 +48,13 @@ pub fn farthest_points(points: &[Point3<f32>], count: usize) -> Result<Vec<usize
     let columns = Columns::new(points);
     let mut distances_sq = vec![f32::INFINITY; columns.padded_len()];
     let mut index = columns.farthest_after(&centre, &mut distances_sq);
-    // The centroid only chose the start; it is no sample that others keep away from.
+    // The centroid only determines the first sample; later samples need not be far from it.
     distances_sq.fill(f32::INFINITY);
 
     let mut indices = Vec::with_capacity(count);
     indices.push(index);
     while indices.len() < count {
-        // A chosen point is no candidate again, also where the cloud holds copies of it.
+        // Never choose a point twice, even if copies of it make all distances 0.
         distances_sq[index] = f32::NEG_INFINITY;
         index = columns.farthest_after(&points[index], &mut distances_sq);
         indices.push(index);
@@ -164,18 +167,10 @@ mod tests {
         chosen
     }
 
-    fn random_points(seed: u64, count: usize) -> Vec<Point3<f32>> {
-        println!("seed {seed}");
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        (0..count)
-            .map(|_| Point3::new(random.random(), random.random(), random.random()))
-            .collect()
-    }
-
     #[test]
     fn agrees_with_the_definition() {
         for (seed, count) in [(1, 5), (2, 8), (3, 61), (4, 300)] {
-            let points = random_points(seed, count);
+            let points = random::points(seed, count, 1.0);
             let wanted = count.min(40);
             assert_eq!(
                 farthest_points(&points, wanted).unwrap(),
@@ -186,7 +181,7 @@ mod tests {
 
     #[test]
     fn all_points_of_a_cloud_come_once_each_even_with_copies() {
-        let mut points = random_points(5, 10);
+        let mut points = random::points(5, 10, 1.0);
         points.extend_from_within(..);
         let mut indices = farthest_points(&points, 20).unwrap();
         indices.sort_unstable();
@@ -195,7 +190,7 @@ mod tests {
 
     #[test]
     fn too_few_and_not_finite_points_are_refused_and_none_is_none() {
-        let mut points = random_points(6, 3);
+        let mut points = random::points(6, 3, 1.0);
         assert_eq!(
             farthest_points(&points, 4),
             Err(SampleError::TooFew {

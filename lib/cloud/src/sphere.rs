@@ -1,4 +1,4 @@
-//! The sphere that a cloud lies on, or nearly.
+//! Robust sphere fit.
 
 use nalgebra::{Matrix4, Point3, Vector3, Vector4};
 
@@ -11,23 +11,23 @@ pub struct Sphere {
     pub centre: Point3<f64>,
     /// Its radius.
     pub radius_m: f64,
-    /// Half of the points are nearer to it than this.
+    /// Median distance of the points from the sphere's surface, m.
     pub median_distance_m: f64,
 }
 
-/// The scale of the weights is never below this, a depth camera's noise: points nearer to the sphere count almost fully.
+/// Least scale of Cauchy's weights: the noise of a depth camera. Points nearer to the sphere have almost full weight.
 const SCALE_MIN_M: f64 = 0.001;
 const ROUNDS: usize = 20;
-/// A round that moves the centre less than this is the last.
+/// The iteration has converged when the centre moves by less than this.
 const STILL_M: f64 = 2e-6;
-/// After so many rounds, what is still so far from its sphere lies on none, and the time is saved.
+/// Points whose median distance is still above HOPELESS_M after this many rounds lie on no sphere; stop early.
 const HOPELESS_AFTER: usize = 6;
 const HOPELESS_M: f64 = 0.004;
 
-/// The sphere that most of the points lie on: least squares on |p|² = 2 c·p + (r² - |c|²) (Kåsa 1976), again and again with
-/// less weight for the points far from the sphere before (Cauchy's weights), so that a dent does not pull it.
+/// Fits a sphere by iteratively reweighted least squares on |p|² = 2 c·p + (r² - |c|²) (Kåsa 1976). Cauchy's weights reduce
+/// the influence of points far from the previous sphere, so that a dent does not pull it.
 ///
-/// `None` for points that determine no sphere or one whose centre is far outside of them.
+/// `None` if the points determine no sphere, or one whose centre is far outside of them.
 pub fn sphere(points: &[Point3<f32>]) -> Option<Sphere> {
     let bounds = bounds(points)?;
     let origin = centroid(points)?;

@@ -1,11 +1,11 @@
-//! What text formats share: byte order marks, lines, words and numbers, as they stand in the files that people have.
+//! Parsing shared by the text formats: byte order marks, lines, words and numbers.
 
 /// A text that is not in ASCII or UTF-8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("it is in UTF-16")]
 pub struct Utf16;
 
-/// Leaves out UTF-8's byte order mark, which Windows editors put before the first line.
+/// Skips UTF-8's byte order mark, which Windows editors write before the first line.
 ///
 /// # Errors
 /// [`Utf16`] where the mark is that of UTF-16.
@@ -16,17 +16,17 @@ pub fn without_mark(bytes: &[u8]) -> Result<&[u8], Utf16> {
     Ok(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes))
 }
 
-/// Lines, each without the white space around it, and what follows the last one taken.
+/// Iterator over lines, each trimmed of white space.
 #[derive(Debug, Clone)]
 pub struct Lines<'a> {
     rest: &'a [u8],
-    /// What ends a line: a line feed, of which a carriage return before it is no part; old Macs wrote that alone.
+    /// The byte that ends a line: line feed, or carriage return as on old Macs.
     end: u8,
     taken: usize,
 }
 
 impl<'a> Lines<'a> {
-    /// Of bytes whose lines all end like the first one.
+    /// Lines of a text, all of which end like the first one.
     pub fn new(bytes: &'a [u8]) -> Self {
         let ends = |window: &&[u8]| window[0] == b'\n' || window[0] == b'\r';
         let first = bytes.windows(2).find(ends);
@@ -41,12 +41,12 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// How many lines have been taken: the number of the last one, counted from 1.
+    /// Number of lines taken so far, which is the number of the last one, from 1.
     pub fn taken(&self) -> usize {
         self.taken
     }
 
-    /// What follows the last line taken.
+    /// The bytes after the last line taken.
     pub fn rest(&self) -> &'a [u8] {
         self.rest
     }
@@ -70,7 +70,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The words of a line. A word that counts is in UTF-8; others need not be.
+/// The words of a line; invalid UTF-8 is replaced.
 pub fn words(line: &[u8]) -> Vec<String> {
     let words = line.split(u8::is_ascii_whitespace);
     words
@@ -86,13 +86,13 @@ pub struct Tokens<'a> {
 }
 
 impl<'a> Tokens<'a> {
-    /// Of a whole text.
+    /// The words of a whole text.
     pub fn new(text: &'a [u8]) -> Self {
         Self { rest: text }
     }
 }
 
-/// White space, and what DOS and C put behind the last word.
+/// Whether a byte separates words: white space, DOS's end-of-file mark (26) and C's terminating 0.
 fn is_space(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r' | 0x0B | 0x0C | 0x1A | 0)
 }
@@ -110,10 +110,10 @@ impl<'a> Iterator for Tokens<'a> {
     }
 }
 
-/// A number as programs print it, those that are none too: `nan`, `-nan(ind)`, `-inf`, `1.#QNAN0`.
+/// Parses a number as programs print it, including `nan`, `-nan(ind)`, `-inf` and `1.#QNAN0`.
 ///
 /// # Errors
-/// It is something else; the text says what.
+/// The token is no number; the text names it.
 pub fn number(token: &[u8]) -> Result<f32, String> {
     let text = String::from_utf8_lossy(token);
     if let Ok(number) = text.parse() {
@@ -139,17 +139,17 @@ pub fn number(token: &[u8]) -> Result<f32, String> {
     }
 }
 
-/// A whole number, also one written like `3.0`.
+/// Parses an integer, also one written like `3.0`.
 ///
 /// # Errors
-/// As of [`number`], or there is a fraction.
+/// The token is no number, or has a fraction.
 pub fn whole(token: &[u8]) -> Result<i64, String> {
     let text = String::from_utf8_lossy(token);
     if let Ok(whole) = text.parse() {
         return Ok(whole);
     }
     number(token)?;
-    // In double precision, which holds every index that a file can have.
+    // Double precision represents every index that a file can have.
     let value: f64 = text.parse().unwrap_or(f64::NAN);
     if value.fract() == 0.0 && value.abs() < 1e15 {
         Ok(value as i64)

@@ -5,24 +5,27 @@ use nalgebra::{Point3, Vector3};
 /// Why a point could not be put into a grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum VoxelError {
-    /// Nothing can be divided into such cubes.
+    /// The voxel size is not positive and finite.
     #[error("a voxel of {0} m; its side must be positive and finite")]
     Size(f32),
-    /// Cubes are numbered with 21 bits an axis.
+    /// A point beyond the range of voxel indices, which have 21 bits for each axis.
     #[error(
         "point {index} at {point} is not finite or more than {limit_m} m from the origin; drop such points first"
     )]
     OutOfRange {
         /// Index of the point.
         index: usize,
-        /// Where it is.
+        /// Its position.
         point: Point3<f32>,
-        /// How far away it may be with this voxel size.
+        /// Largest distance from the origin along an axis with this voxel size.
         limit_m: f32,
     },
 }
 
 /// The mean of the points in each occupied cube of side `size_m`, in the order in which the cubes were first met.
+///
+/// # Errors
+/// [`VoxelError`]: an unusable size, or a point that is not finite or too far from the origin.
 pub fn downsample(points: &[Point3<f32>], size_m: f32) -> Result<Vec<Point3<f32>>, VoxelError> {
     let mut grid = Grid::new(size_m)?;
     grid.extend(points)?;
@@ -51,6 +54,9 @@ const HALF_RANGE: f32 = (1 << (BITS - 1)) as f32;
 
 impl Grid {
     /// An empty grid of cubes of side `size_m`, one of which has a corner at the origin.
+    ///
+    /// # Errors
+    /// [`VoxelError::Size`].
     pub fn new(size_m: f32) -> Result<Self, VoxelError> {
         if !(size_m.is_finite() && size_m > 0.0) {
             return Err(VoxelError::Size(size_m));
@@ -63,6 +69,9 @@ impl Grid {
     }
 
     /// Adds points: all, or none if one of them is refused.
+    ///
+    /// # Errors
+    /// [`VoxelError`] for a point that is not finite or too far from the origin.
     pub fn extend(&mut self, points: &[Point3<f32>]) -> Result<(), VoxelError> {
         let key = |(index, point)| {
             self.key(point)
@@ -90,7 +99,7 @@ impl Grid {
             .map(|cell| Point3::from((cell.sum / f64::from(cell.count)).cast::<f32>()))
     }
 
-    /// Which of the occupied cubes, in the order of [`Grid::means`], a place lies in; `None` for another.
+    /// Index, in the order of [`Grid::means`], of the occupied cube around a position; `None` if its cube is empty.
     pub fn cell_of(&self, place: &Point3<f32>) -> Option<usize> {
         self.find(self.key(place)?).ok()
     }
@@ -117,7 +126,7 @@ impl Grid {
         key(&(point.coords / self.size_m))
     }
 
-    /// Index of the cube with this key, or else the slot where it belongs.
+    /// `Ok` with the index of the cube with this key, or `Err` with the free slot for it.
     fn find(&self, key: u64) -> Result<usize, usize> {
         let mask = self.slots.len() - 1;
         let mut slot = hash(key) & mask;
@@ -144,7 +153,7 @@ impl Grid {
         })
     }
 
-    /// Makes room for this many more cubes, so that adding points never has to.
+    /// Reserves room for this many more cubes.
     fn reserve(&mut self, additional: usize) {
         let wanted = (2 * (self.cells.len() + additional)).next_power_of_two();
         if wanted <= self.slots.len() {
@@ -161,7 +170,7 @@ impl Grid {
     }
 }
 
-/// The number of the cube around a place, which is measured in cubes; `None` where it does not fit or is NaN.
+/// Key of the cube around a position, given in units of the voxel size; `None` if it is out of range or NaN.
 fn key(place: &Vector3<f32>) -> Option<u64> {
     let fits = |coordinate: &f32| (-HALF_RANGE..HALF_RANGE).contains(coordinate);
     place.iter().all(fits).then(|| {
@@ -171,13 +180,13 @@ fn key(place: &Vector3<f32>) -> Option<u64> {
     })
 }
 
-/// Rounds down. `f32::floor` is a call on the oldest processors of this kind, for which builds are, and costs more.
+/// Rounds down. The builds are for baseline x86-64, where `f32::floor` is a slower function call.
 fn floor(coordinate: f32) -> i64 {
     let towards_zero = coordinate as i64;
     towards_zero - i64::from(coordinate < towards_zero as f32)
 }
 
-/// Fibonacci hashing: neighbouring cubes land far apart.
+/// Fibonacci hashing, which spreads neighbouring cubes over the table.
 fn hash(key: u64) -> usize {
     (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
 }
@@ -191,15 +200,6 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-
-    fn random_points(seed: u64, count: usize) -> Vec<Point3<f32>> {
-        println!("seed {seed}");
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut coordinate = || random.random_range(-0.05..0.05);
-        (0..count)
-            .map(|_| Point3::new(coordinate(), coordinate(), coordinate()))
-            .collect()
-    }
 
     fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
         let mut cubes: BTreeMap<[i32; 3], Vec<Point3<f32>>> = BTreeMap::new();
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn agrees_with_an_ordered_map() {
         for (seed, size_m) in [(1, 0.002), (2, 0.01), (3, 0.03), (4, 1.0)] {
-            let points = random_points(seed, 3000);
+            let points = random::points(seed, 3000, 0.1);
             let fast = downsample(&points, size_m).unwrap();
             assert_eq!(
                 sorted(fast),
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn adding_view_by_view_equals_adding_at_once() {
-        let points = random_points(5, 2000);
+        let points = random::points(5, 2000, 0.1);
         let mut grid = Grid::new(0.004).unwrap();
         points
             .chunks(137)

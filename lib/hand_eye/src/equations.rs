@@ -1,10 +1,11 @@
-//! Gauss-Newton for the mount's error X.
+//! Gauss-Newton steps for the mount's error X.
 
 use nalgebra::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use crate::{SHIFT_SIGMA_M, TURN_SIGMA_RAD};
 
-/// The normal equations of one step: which small motion of the camera, in its own frame, makes X most probable.
+/// Normal equations of one Gauss-Newton step. Their solution is the small motion of the camera, in its own frame, that makes
+/// X most probable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Equations {
     information: Matrix6<f64>,
@@ -12,8 +13,8 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// What is known before any view: each turn is normally distributed with [`TURN_SIGMA_RAD`], each shift with
-    /// [`SHIFT_SIGMA_M`].
+    /// The prior: normal distributions around 0 with standard deviation [`TURN_SIGMA_RAD`] for each rotation and
+    /// [`SHIFT_SIGMA_M`] for each translation.
     pub fn prior(believed_from_actual: &Isometry3<f64>) -> Self {
         let information = prior_sigmas().map(|sigma| sigma.powi(-2));
         Self {
@@ -22,19 +23,21 @@ impl Equations {
         }
     }
 
-    /// Adds a measurement: its information (inverse covariance of the six amounts) and, times that, the step it asks for.
+    /// Adds a measurement: its information matrix (inverse covariance of the six coordinates), and the information matrix
+    /// times the step that this measurement alone would give.
     pub fn add(&mut self, information: &Matrix6<f64>, pull: &Vector6<f64>) {
         self.information += information;
         self.pull += pull;
     }
 
-    /// The step: turn (rad) and shift (m), to be applied on the right of X. `None` if a number is not finite.
+    /// Solves for the step: rotation vector (rad) and translation (m), to be applied on the right of X. `None` if a number
+    /// is not finite.
     pub fn step(&self) -> Option<Vector6<f64>> {
         let cholesky = self.information.cholesky()?;
         Some(cholesky.solve(&self.pull)).filter(|step| step.iter().all(|number| number.is_finite()))
     }
 
-    /// Covariance of X, in rad and m; the prior's where the equations cannot be solved.
+    /// Covariance of X, in rad and m; that of the prior if the equations cannot be solved.
     pub fn covariance(&self) -> Matrix6<f64> {
         let prior = || Matrix6::from_diagonal(&prior_sigmas().map(|sigma| sigma * sigma));
         let cholesky = self.information.cholesky();
@@ -42,26 +45,26 @@ impl Equations {
     }
 }
 
-/// Standard deviations of what is known before any view: three turns (rad), three shifts (m).
+/// Standard deviations of the prior: three rotations (rad), three translations (m).
 pub fn prior_sigmas() -> Vector6<f64> {
     let (turn, shift) = (TURN_SIGMA_RAD, SHIFT_SIGMA_M);
     Vector6::new(turn, turn, turn, shift, shift, shift)
 }
 
-/// A motion from six amounts: three turns (a rotation vector, rad), then three shifts (m).
+/// A rigid motion from its six coordinates: rotation vector (rad), then translation (m).
 pub fn motion(amounts: &Vector6<f64>) -> Isometry3<f64> {
     let (turn, shift) = turn_and_shift(amounts);
     let rotation = UnitQuaternion::from_scaled_axis(turn);
     Isometry3::from_parts(Translation3::from(shift), rotation)
 }
 
-/// The six amounts of a motion: what [`motion`] undoes.
+/// The six coordinates of a rigid motion; the inverse of [`motion`].
 pub fn amounts(motion: &Isometry3<f64>) -> Vector6<f64> {
     let (turn, shift) = (motion.rotation.scaled_axis(), motion.translation.vector);
     Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z)
 }
 
-/// The two halves of six amounts: turn (rad), shift (m).
+/// Splits six coordinates into rotation vector (rad) and translation (m).
 pub fn turn_and_shift(amounts: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let half = |start| amounts.fixed_rows::<3>(start).into();
     (half(0), half(3))

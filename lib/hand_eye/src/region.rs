@@ -7,16 +7,16 @@ use nalgebra::Point3;
 /// In the hand's frame (+z out along the gripper), m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandRegion {
-    /// Lower end.
+    /// Height of the cylinder's lower end; it has no upper one.
     pub above_m: f64,
-    /// Radius.
+    /// Radius of the cylinder.
     pub radius_m: f64,
 }
 
 impl Default for HandRegion {
-    /// Baxter's wrist turns from 116 mm below the hand's frame upwards (its URDF: left_w2 to left_hand), the forearm below
-    /// stands still: 20 mm above the frame, a mount that is off by several cm lets none of the forearm in. The widest
-    /// object reaches 44 mm from the axis, open fingers 65 mm; beyond 120 mm is the arm or a bystander.
+    /// Baxter's wrist turns everything from 116 mm below the hand's frame upwards (URDF: left_w2 to left_hand); the forearm
+    /// below stands still. Starting 20 mm above the frame keeps the forearm out even if the mount is off by several cm. The
+    /// widest object reaches 44 mm from the axis and open fingers 65 mm; beyond 120 mm is the arm or a bystander.
     fn default() -> Self {
         Self {
             above_m: 0.02,

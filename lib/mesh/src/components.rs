@@ -6,7 +6,7 @@ use petgraph::unionfind::UnionFind;
 /// without a triangle has the number `u32::MAX`.
 ///
 /// # Panics
-/// Where a triangle names a vertex that is not there.
+/// If a triangle names a vertex that does not exist.
 pub fn components(vertex_count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usize) {
     let mut sets: UnionFind<u32> = UnionFind::new(vertex_count);
     for &[a, b, c] in triangles {

@@ -1,4 +1,4 @@
-//! Adjacency: which triangles and vertices are next to which.
+//! Adjacency of triangles and vertices by half-edges.
 
 use std::collections::BTreeMap;
 
@@ -9,18 +9,18 @@ pub fn sides([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
-/// One side of a triangle, seen from the vertex at which it starts.
+/// A half-edge: one directed side of a triangle, stored at the vertex where it starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HalfEdge {
     /// The vertex at which it ends.
     pub end: u32,
-    /// The triangle's third vertex. The side before this one leads from there.
+    /// The triangle's third vertex, where the previous half-edge of the triangle starts.
     pub apex: u32,
     /// Index of the triangle.
     pub triangle: u32,
 }
 
-/// An edge at a vertex, whichever way its triangle runs along it; one for each triangle there.
+/// An edge at a vertex regardless of direction; there is one for each triangle of the edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Spoke {
     /// The vertex at the other end.
@@ -31,7 +31,7 @@ pub struct Spoke {
     pub apex: u32,
 }
 
-/// An edge, whichever way its triangles run along it.
+/// An undirected edge with its triangles.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edge {
     /// Its vertices, ascending.
@@ -50,7 +50,7 @@ impl HalfEdges {
     /// Sorts the sides of all triangles by the vertex at which they start.
     ///
     /// # Panics
-    /// Where a triangle names a vertex that is not there.
+    /// If a triangle names a vertex that does not exist.
     pub fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let mut sides = Vec::with_capacity(3 * triangles.len());
         for (triangle, &[a, b, c]) in (0..).zip(triangles) {
@@ -84,7 +84,7 @@ impl HalfEdges {
     /// The half-edges that start at a vertex.
     ///
     /// # Panics
-    /// Where there is no such vertex.
+    /// If there is no such vertex.
     pub fn from(&self, vertex: u32) -> &[HalfEdge] {
         self.at.of(vertex as usize)
     }
@@ -100,7 +100,8 @@ impl HalfEdges {
         self.triangles(from, to).next().is_some()
     }
 
-    /// The edges at a vertex by their other end, then by triangle: its one-ring, with a repeat for each triangle.
+    /// The edges at a vertex, sorted by their other end, then by triangle. A neighbour occurs once for each triangle of the
+    /// edge.
     pub fn spokes(&self, vertex: u32) -> Vec<Spoke> {
         let both = |edge: &HalfEdge| {
             [(edge.end, edge.apex), (edge.apex, edge.end)].map(|(to, apex)| Spoke {
@@ -138,7 +139,7 @@ impl HalfEdges {
         (0..self.vertex_count() as u32).flat_map(at).collect()
     }
 
-    /// Number of closed lines of edges that have a triangle on one side only.
+    /// Number of boundary loops: closed lines of edges that have a triangle on one side only.
     pub fn boundary_loops(&self) -> usize {
         let mut next = BTreeMap::new();
         for vertex in 0..self.vertex_count() as u32 {

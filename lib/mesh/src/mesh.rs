@@ -59,10 +59,10 @@ impl Mesh {
         crate::revolve(&profile, segments)
     }
 
-    /// Which triangles and vertices are next to which.
+    /// The mesh's adjacency.
     ///
     /// # Panics
-    /// Where a triangle names a vertex that is not there.
+    /// If a triangle names a vertex that does not exist.
     pub fn half_edges(&self) -> HalfEdges {
         HalfEdges::new(self.vertices.len(), &self.triangles)
     }
@@ -75,7 +75,7 @@ impl Mesh {
         }
     }
 
-    /// Moved so that the middle of its bottom is the origin: into the object frame, if +z is up.
+    /// The mesh moved so that the centre of its bounding box's bottom is the origin: into the object frame, if +z is up.
     pub fn stood_up(&self) -> Self {
         let (min, max) = self.bounds();
         let middle = nalgebra::center(&min, &max);

@@ -36,7 +36,7 @@ impl<T> Rows<T> {
     /// The entries of a row.
     ///
     /// # Panics
-    /// Where there is no such row.
+    /// If there is no such row.
     #[inline]
     pub fn of(&self, row: usize) -> &[T] {
         &self.entries[self.starts[row]..self.starts[row + 1]]

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::triangle;
 
 impl Mesh {
-    /// Points all over the surface, as many on each square metre. None for a mesh without area.
+    /// `count` random points, uniform over the surface's area. None for a mesh without area.
     pub fn surface_points(&self, count: usize, random: &mut impl Rng) -> Vec<Point3<f32>> {
         let mut total_m2 = 0.0;
         let areas_m2: Vec<f64> = self

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::mesh::Mesh;
 
-/// Perpendicular to a triangle on its front side, twice as long as its area.
+/// Area normal of a triangle: perpendicular to it on its front side, with a length of twice its area.
 #[inline]
 pub fn area_normal([a, b, c]: [Point3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
@@ -22,11 +22,11 @@ pub fn normal(corners: [Point3<f64>; 3]) -> Vector3<f64> {
     area_normal(corners).try_normalize(0.0).unwrap_or_default()
 }
 
-/// For each vertex the mean of the normals of its triangles, weighted by their angles there, made a unit vector; zero for a
-/// vertex without a triangle.
+/// Unit normal of each vertex: the mean of the normals of its triangles, weighted by their angles there (Thürmer and
+/// Wüthrich, J. Graphics Tools, 1998). Zero for a vertex without a triangle.
 ///
 /// # Panics
-/// Where a triangle names a vertex that is not there.
+/// If a triangle names a vertex that does not exist.
 pub fn vertex_normals(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vector3<f64>> {
     let mut normals = vec![Vector3::zeros(); vertices.len()];
     for triangle in triangles {
@@ -46,10 +46,10 @@ pub fn vertex_normals(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<V
 }
 
 impl Mesh {
-    /// Places of a triangle's corners, in metres.
+    /// Positions of a triangle's corners, in metres.
     ///
     /// # Panics
-    /// Where a corner names a vertex that is not there.
+    /// If a corner names a vertex that does not exist.
     #[inline]
     pub fn corners(&self, triangle: &[u32; 3]) -> [Point3<f64>; 3] {
         triangle.map(|index| self.vertices[index as usize].cast())

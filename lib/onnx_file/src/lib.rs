@@ -23,8 +23,8 @@ use proto::{
     OperatorSetProto, ShapeProto, TensorProto, TensorTypeProto, TypeProto, ValueInfoProto,
 };
 
-/// Version of the operator set that every model asks for. In 17 the axes of `ReduceMax` are still
-/// an attribute, and both ONNX Runtime and OpenVINO read it.
+/// Version of ONNX's operator set that the models use. Both ONNX Runtime and OpenVINO read it, and in it the axes of
+/// `ReduceMax` are still an attribute.
 const OPERATOR_SET: i64 = 17;
 /// Version of the file format that belongs to [`OPERATOR_SET`].
 const FORMAT_VERSION: i64 = 8;

@@ -1,4 +1,4 @@
-//! Checks of parameters, worded alike in every program, and the defaults that several nodes share.
+//! Checks of parameters with the same messages in every program, and defaults that several nodes share.
 
 mod tunable;
 
@@ -7,18 +7,18 @@ pub use tunable::Tunable;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-/// Depths at which an object may be unless the user says otherwise, m: those of the reference implementation's camera client.
+/// Default range of depths in which the object is looked for, m: that of the reference implementation's camera client.
 pub const DEPTH_RANGE_M: RangeInclusive<f64> = 0.25..=0.70;
 
 /// A parameter whose value cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("parameter {name} is {value}; it must be {allowed}")]
 pub struct ParameterError {
-    /// As the user wrote it.
+    /// Name of the parameter, as the user writes it.
     pub name: &'static str,
-    /// What it was set to.
+    /// The refused value.
     pub value: String,
-    /// What it may be, with the unit.
+    /// The allowed values, with the unit.
     pub allowed: String,
 }
 
@@ -33,7 +33,10 @@ impl ParameterError {
     }
 }
 
-/// Refuses a value outside `range`, NaN included. `unit` may be empty.
+/// Checks that a value is in `range`. `unit`, for the message, may be empty.
+///
+/// # Errors
+/// The value is outside of the range or NaN.
 pub fn in_range<T: PartialOrd + Display>(
     name: &'static str,
     value: T,

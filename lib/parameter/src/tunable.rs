@@ -2,29 +2,32 @@
 
 use crate::{ParameterError, in_range};
 
-/// A number of the parameters `P` that may change, and its range. [`tunables!`](crate::tunables) makes tables of them.
+/// A numeric field of the parameters `P` that may change at run time. [`tunables!`](crate::tunables) makes tables of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Tunable<P: 'static> {
     /// Name of the parameter.
     pub name: &'static str,
-    /// What it is, for the person who changes it.
+    /// Description for the person who changes it.
     pub about: &'static str,
-    /// Unit; may be empty.
+    /// Unit of the value; may be empty.
     pub unit: &'static str,
-    /// Smallest value.
+    /// Smallest allowed value.
     pub min: f64,
-    /// Largest value.
+    /// Largest allowed value.
     pub max: f64,
-    /// Whether it is a whole number.
+    /// Whether the field is an integer.
     pub is_whole: bool,
-    /// Its value.
+    /// Reads the field.
     pub get: fn(&P) -> f64,
-    /// Sets it.
+    /// Writes the field.
     pub set: fn(&mut P, f64),
 }
 
 impl<P> Tunable<P> {
-    /// Refuses a value outside the range.
+    /// Checks that the field is in its range.
+    ///
+    /// # Errors
+    /// The value is outside of the range or NaN.
     pub fn check(&self, parameters: &P) -> Result<(), ParameterError> {
         in_range(
             self.name,
@@ -34,7 +37,7 @@ impl<P> Tunable<P> {
         )
     }
 
-    /// Sets the value, or the end of the range that is nearest to it; what is not a number changes nothing.
+    /// Sets the field to the value, clamped to the range. NaN changes nothing.
     pub fn set_clamped(&self, parameters: &mut P, value: f64) {
         if !value.is_nan() {
             (self.set)(parameters, value.clamp(self.min, self.max));
@@ -52,7 +55,7 @@ macro_rules! tunables {
             unit: $unit,
             min: $min as f64,
             max: $max as f64,
-            // Only a type of whole numbers loses the half.
+            // Converting 0.5 to an integer type loses the half.
             is_whole: 0.5 as $kind as f64 != 0.5,
             get: |parameters: &$parameters| parameters.$name as f64,
             set: |parameters: &mut $parameters, value| parameters.$name = value as $kind,

@@ -1,4 +1,4 @@
-//! What programs of the terminal say at the end, and their exit codes.
+//! Output and exit codes of command-line programs.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 
-/// Prints results. A reader that has seen enough (`| head -1`) is no fault.
+/// Prints results to stdout. A closed pipe (`| head -1`) is not an error.
 ///
 /// # Errors
-/// They cannot be written for another reason, like a full disk.
+/// Stdout cannot be written for another reason, like a full disk.
 pub fn print(results: impl Display) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match write!(out, "{results}").and_then(|()| out.flush()) {
@@ -19,7 +19,7 @@ pub fn print(results: impl Display) -> Result<()> {
     }
 }
 
-/// 0 for success; otherwise 1, after saying what failed and why.
+/// Exit code 0 for success. For an error, prints it with its causes to stderr and returns 1.
 pub fn exit_code(program: &str, result: Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -30,7 +30,7 @@ pub fn exit_code(program: &str, result: Result<()>) -> ExitCode {
     }
 }
 
-/// An error and its causes. Some errors say their cause themselves; it is not said twice.
+/// The text of an error and its causes. A cause that an error's own text already contains is not repeated.
 pub fn describe(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut next = error.source();

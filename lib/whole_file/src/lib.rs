@@ -1,4 +1,4 @@
-//! Writes a file whole or not at all: beside its place first, under another name, and renamed once all of it is there.
+//! Writes files atomically (whole or not at all): into a temporary file beside the target, which is renamed once complete.
 //!
 //! ```
 //! let folder = tempfile::tempdir()?;
@@ -15,20 +15,20 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// How the name of an unfinished file begins. A process that was killed leaves such files behind.
+/// Prefix of a temporary file's name. A killed process leaves such files behind.
 pub const UNFINISHED: &str = ".unfinished-";
 
-/// Writes these bytes as a file, and sees that they are on the disk. Missing folders are not made.
+/// Writes a file atomically and flushes it to the disk (fsync). Missing folders are not made.
 ///
 /// # Errors
-/// The system refuses; then what was there before is still there, and nothing else is.
+/// The file cannot be written. A file that existed before is then unchanged, and no temporary file is left.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut draft = Draft::of(path)?;
     draft.file().write_all(bytes)?;
     draft.finish()
 }
 
-/// A file in the making. Dropped before it is finished, it leaves nothing.
+/// A temporary file that becomes the target when finished. If it is dropped before, it is removed.
 #[derive(Debug)]
 pub struct Draft {
     file: NamedTempFile,
@@ -36,11 +36,11 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Begins a file that is to replace, or become, `path`. Where that is a link, the file that it leads to is replaced; a
-    /// file that was there keeps its permissions, and a new one gets those of the user's umask.
+    /// Begins a file that will replace or become `path`. If `path` is a symbolic link, its target is replaced. An existing
+    /// file keeps its permissions, and a new one gets those of the user's umask.
     ///
     /// # Errors
-    /// The folder is missing, or nothing can be written there.
+    /// The folder does not exist, or no file can be written there.
     pub fn of(path: &Path) -> io::Result<Self> {
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let folder = target.parent().filter(|folder| *folder != Path::new(""));
@@ -51,7 +51,7 @@ impl Draft {
         });
         let file = tempfile::Builder::new()
             .prefix(UNFINISHED)
-            // Some libraries choose the format by it.
+            // Some libraries choose a file's format by its extension.
             .suffix(&ending.unwrap_or_default())
             .permissions(Permissions::from_mode(0o666))
             .tempfile_in(folder.unwrap_or(Path::new(".")))?;
@@ -64,33 +64,33 @@ impl Draft {
         Ok(Self { file, target })
     }
 
-    /// The unfinished file, for what writes to an open file.
+    /// The open temporary file, to write to.
     pub fn file(&mut self) -> &mut File {
         self.file.as_file_mut()
     }
 
-    /// Its name until it is finished, for what opens files by their names. The ending is the target's.
+    /// Path of the temporary file, for libraries that open files themselves. It has the target's extension.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// Puts the file in its place, once all of it is on the disk.
+    /// Flushes the file to the disk (fsync) and renames it to the target.
     ///
     /// # Errors
-    /// The system refuses; then what was there before is still there.
+    /// Flushing or renaming fails. A file that existed before is then unchanged.
     pub fn finish(self) -> io::Result<()> {
-        // By name, since a library may have opened the file for itself.
+        // Opened by name, since a library may have replaced the file under our handle.
         File::open(self.file.path())?.sync_all()?;
         let target = self.target.clone();
         self.finish_unflushed()?;
         let folder = target.parent().filter(|folder| *folder != Path::new(""));
-        // So that the new name is there, too, after a loss of power. Not every file system can do this to a folder.
+        // Flush the folder, so that the new name survives a loss of power. Not every file system supports this.
         let _ = File::open(folder.unwrap_or(Path::new("."))).and_then(|folder| folder.sync_all());
         Ok(())
     }
 
-    /// Puts the file in its place without waiting for the disk: if the machine loses its power soon after, the file can be
-    /// cut short. For files that can be made again and whose reader knows their digest.
+    /// Renames the file to the target without flushing: after a loss of power the file may be truncated. For files that can
+    /// be made again and whose reader knows their digest.
     ///
     /// # Errors
     /// As [`Draft::finish`].

@@ -3,94 +3,19 @@
 //! [`read`] takes only the points, [`read_surface`] also normals and faces; colours and the like are read over.
 //! Coordinates keep the file's unit.
 
+mod error;
 mod pcd;
 mod ply;
 
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::text::Utf16;
 use crate::{Cloud, Dropped};
 
-/// What is wrong with a file, and what to do about it.
-#[derive(Debug, thiserror::Error)]
-pub enum FileError {
-    /// The name does not say what the file is.
-    #[error("{}: the extension \"{extension}\" is unknown; clouds are read from .ply and .pcd files", path.display())]
-    UnknownExtension {
-        /// The file.
-        path: PathBuf,
-        /// What follows the last dot.
-        extension: String,
-    },
-    /// The system refused to read it.
-    #[error("{}: cannot be read", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-    /// There is less in it than its header says.
-    #[error("{}: ends too early ({reason}); copy or record it again, or correct its header", path.display())]
-    Truncated {
-        /// The file.
-        path: PathBuf,
-        /// What was missing.
-        reason: String,
-    },
-    /// It holds something else than points.
-    #[error("{}: has no numeric x, y, z for each point, only {found}; export it with coordinates", path.display())]
-    NoCoordinates {
-        /// The file.
-        path: PathBuf,
-        /// What each point has.
-        found: String,
-    },
-    /// It breaks the rules of its format.
-    #[error("{}: is no valid {format} file ({reason}); {remedy}", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// PLY or PCD.
-        format: &'static str,
-        /// The rule that it breaks.
-        reason: String,
-        /// What can be done.
-        remedy: &'static str,
-    },
-    /// The system refused to write it. What was there before is still there.
-    #[error("{}: cannot be written", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: io::Error,
-    },
-}
-
-/// What a format found wrong, before the file's name is put to it.
-#[derive(Debug)]
-enum Fault {
-    Truncated(String),
-    NoCoordinates(String),
-    Malformed {
-        reason: String,
-        remedy: &'static str,
-    },
-}
-
-impl Fault {
-    fn malformed(reason: impl Into<String>, remedy: &'static str) -> Self {
-        Self::Malformed {
-            reason: reason.into(),
-            remedy,
-        }
-    }
-}
+use error::Fault;
+pub use error::FileError;
 
 /// All that a file says about a surface.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -132,12 +57,6 @@ impl Raw {
     }
 }
 
-impl From<Utf16> for Fault {
-    fn from(error: Utf16) -> Self {
-        Self::malformed(error.to_string(), "save it as UTF-8")
-    }
-}
-
 /// Reads all that counts of a file's bytes.
 type Parse = fn(&[u8]) -> Result<Raw, Fault>;
 
@@ -152,13 +71,13 @@ pub fn read(path: impl AsRef<Path>) -> Result<Cloud, FileError> {
     Ok(Cloud::clean(raw.points))
 }
 
-/// Reads points, normals and faces of the same files.
+/// Reads points, normals and faces of a file in one of these formats.
 ///
-/// Points that are not finite or at (0, 0, 0) are dropped and counted, as by [`read`], but for those that a face names: what
-/// a scanner joined to others it has measured, and a mesh may pass through the origin.
+/// Points that are not finite or at (0, 0, 0) are dropped and counted, as by [`read`], except those that a face names: a
+/// mesh may pass through the origin.
 ///
 /// # Errors
-/// As of [`read`], and where a face names a point that is not there.
+/// Those of [`read`], and a face that names a point that does not exist.
 pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
     let path = path.as_ref();
     let (format, raw) = read_raw(path)?;
@@ -167,7 +86,7 @@ pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
             vertex.to_string(),
             "remove faces of vertices that are not finite",
         );
-        name_fault(path, format, fault)
+        fault.of(path, format)
     };
     Surface::measured(raw.points, raw.normals, raw.triangles).map_err(fault)
 }
@@ -176,9 +95,9 @@ pub fn read_surface(path: impl AsRef<Path>) -> Result<Surface, FileError> {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("vertex {index} of a face is at {point}")]
 pub struct Unmeasured {
-    /// Counted from 0.
+    /// Index of the vertex, from 0.
     pub index: usize,
-    /// As in the file.
+    /// Its coordinates in the file.
     pub point: Point3<f32>,
 }
 
@@ -189,7 +108,7 @@ impl Surface {
     /// A triangle names a point that is not finite.
     ///
     /// # Panics
-    /// If a triangle names a point that is not there. Normals must be as many as points.
+    /// If a triangle names a point that does not exist, or if the numbers of normals and points differ.
     pub fn measured(
         mut points: Vec<Point3<f32>>,
         mut normals: Option<Vec<Vector3<f32>>>,
@@ -228,7 +147,7 @@ fn keep<T>(all: &mut Vec<T>, is_kept: &[bool]) {
     all.retain(|_| is_kept.next().is_some_and(|&is_kept| is_kept));
 }
 
-/// Names points by their places among those that are kept.
+/// Replaces the triangles' indices by indices among the kept points.
 fn renumber(triangles: &mut [[u32; 3]], is_kept: &[bool]) {
     let mut kept = 0;
     let place = |&is_kept: &bool| {
@@ -260,34 +179,26 @@ fn read_raw(path: &Path) -> Result<(&'static str, Raw), FileError> {
         path: path.to_owned(),
         source,
     })?;
-    let raw = parse(&bytes).map_err(|fault| name_fault(path, format, fault))?;
+    let raw = parse(&bytes).map_err(|fault| fault.of(path, format))?;
     Ok((format, raw))
 }
 
 /// Writes points as binary little-endian PLY. The file is replaced whole or not at all.
+///
+/// # Errors
+/// [`FileError::Write`] if the file cannot be written; a file that existed before is then unchanged.
 pub fn write_ply(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
     replace(path.as_ref(), &ply::encode(points))
 }
 
 /// Writes points as binary PCD 0.7. The file is replaced whole or not at all.
+///
+/// # Errors
+/// [`FileError::Write`] if the file cannot be written; a file that existed before is then unchanged.
 pub fn write_pcd(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
     let path = path.as_ref();
-    let bytes = pcd::encode(points).map_err(|fault| name_fault(path, "PCD", fault))?;
+    let bytes = pcd::encode(points).map_err(|fault| fault.of(path, "PCD"))?;
     replace(path, &bytes)
-}
-
-fn name_fault(path: &Path, format: &'static str, fault: Fault) -> FileError {
-    let path = path.to_owned();
-    match fault {
-        Fault::Truncated(reason) => FileError::Truncated { path, reason },
-        Fault::NoCoordinates(found) => FileError::NoCoordinates { path, found },
-        Fault::Malformed { reason, remedy } => FileError::Malformed {
-            path,
-            format,
-            reason,
-            remedy,
-        },
-    }
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
@@ -297,7 +208,7 @@ fn replace(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     })
 }
 
-/// Puts several lines of a library's message on one, at most some hundred characters long.
+/// Joins the lines of a library's message and limits its length to 200 characters.
 fn one_line(message: &str) -> String {
     const LONGEST: usize = 200;
     let joined = message.split_whitespace().collect::<Vec<_>>().join(" ");

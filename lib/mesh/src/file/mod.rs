@@ -17,7 +17,7 @@ use crate::mesh::Mesh;
 
 pub use ply::{ply_bytes, write_ply};
 
-/// What one unit of a file in millimetres is, in metres.
+/// `metres_per_unit` of a file in millimetres.
 pub const MILLIMETRE: f64 = 0.001;
 
 /// What a scanner gives: points, perhaps with normals, perhaps joined to triangles.
@@ -29,7 +29,7 @@ pub struct Scan {
     pub normals: Option<Vec<Vector3<f32>>>,
     /// Indices into `points_m`; empty for a mere cloud. Larger faces are cut into triangles.
     pub triangles: Vec<[u32; 3]>,
-    /// Points of the file that were no measurements and are not there.
+    /// Number of points of the file that are no measurements and were left out.
     pub dropped: Dropped,
 }
 
@@ -91,12 +91,12 @@ pub enum FileError {
         /// The rule that it breaks.
         reason: String,
     },
-    /// Nothing to work with.
+    /// No vertex is a measurement.
     #[error("{}: has no vertices that were measured{}; scan or export it again", path.display(), of(dropped))]
     Empty {
         /// The file.
         path: PathBuf,
-        /// Those that were not.
+        /// Number of vertices that are not.
         dropped: Dropped,
     },
     /// A face's corner that is NaN or infinite, or any coordinate that is once it is in metres.
@@ -107,7 +107,7 @@ pub enum FileError {
         /// The first of them.
         vertex: Unmeasured,
     },
-    /// Nothing can be measured in such a unit.
+    /// A unit that is not a positive number.
     #[error(
         "{metres_per_unit} metres per unit of a file; give a positive number, 0.001 for millimetres"
     )]
@@ -115,7 +115,7 @@ pub enum FileError {
         /// What was asked for.
         metres_per_unit: f64,
     },
-    /// The system refused to write it. What was there before is still there.
+    /// The file could not be written. A file that existed before is unchanged.
     #[error("{}: cannot be written; is there space, and may you write there?", path.display())]
     Write {
         /// The file.
@@ -175,7 +175,7 @@ fn of(dropped: &Dropped) -> String {
     }
 }
 
-/// Puts a surface into metres, checked.
+/// Converts a surface to metres and checks it.
 fn scan(path: &Path, surface: cloud::Surface, metres_per_unit: f64) -> Result<Scan, FileError> {
     let in_metres = |point: &Point3<f32>| {
         let coordinates = point.coords.cast::<f64>() * metres_per_unit;

@@ -35,7 +35,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     while let Some(line) = lines.next() {
         let first = lines.taken();
         match line.strip_suffix(b"\\") {
-            // A statement goes on in the next line. Remarks and paths may end so too, and do not.
+            // A backslash continues the statement in the next line. Comments and paths may also end with one.
             Some(part) if is_read(line) => {
                 let mut whole = part.to_vec();
                 for next in lines.by_ref() {
@@ -65,7 +65,8 @@ struct Obj {
     points: Vec<Point3<f32>>,
     normals: Vec<Vector3<f32>>,
     triangles: Vec<[u32; 3]>,
-    /// So many fit into what is in memory anyway: no mesh has more a byte, but a file made to fill the memory has.
+    /// Limit on the number of triangles, in proportion to the file's size. It protects from a file whose faces have so many
+    /// corners that their triangles would fill the memory.
     triangles_max: usize,
     /// (vertex, normal) of each corner that names both.
     pairs: Vec<[u32; 2]>,
@@ -168,7 +169,7 @@ fn numbers(mut words: Tokens) -> Result<[f32; 3], String> {
     Ok([next()?, next()?, next()?])
 }
 
-/// An index from 0 from one that counts from 1, or backward from −1, the last one given so far.
+/// Converts an OBJ index to one from 0: OBJ counts from 1, or backward from −1, the last vertex so far.
 fn index(word: &[u8], count: usize, what: &str) -> Result<u32, String> {
     let no_index = || {
         format!(

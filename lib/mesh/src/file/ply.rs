@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 /// the disk, since it can be made again.
 ///
 /// # Errors
-/// [`FileError::Write`] where the system refuses; then what was there before is still there.
+/// [`FileError::Write`] if the file cannot be written; a file that existed before is then unchanged.
 pub fn write_ply(path: impl AsRef<Path>, mesh: &Mesh) -> Result<(), FileError> {
     let path = path.as_ref();
     replace(path, &ply_bytes(mesh)).map_err(|source| FileError::Write {

@@ -1,7 +1,7 @@
-//! The header of a PCD file, put into the one form that pcd-rs reads.
+//! The header of a PCD file, normalised to the form that pcd-rs reads.
 //!
-//! Old and other programs leave out lines that PCL has defaults for, write comments in any encoding, repeat names, or
-//! declare padding of no bytes.
+//! Some programs leave out lines for which PCL has defaults, write comments in any encoding, repeat names, or declare
+//! padding of zero bytes.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -142,7 +142,7 @@ impl Header {
 
 pub(super) const EXPORT: &str = "export it again as PCD";
 
-/// A line that has something for each field, or none, which stands for the default.
+/// The words of a header line that has one for each field. A missing line stands for the default.
 fn column<'a>(
     entries: &'a HashMap<String, Vec<String>>,
     key: &str,

@@ -1,4 +1,4 @@
-//! PCD: the header in any of its forms, text by numbers, binary data by pcd-rs.
+//! Reading and writing PCD: own parsers for the header and for ASCII data, pcd-rs for binary data.
 
 mod header;
 
@@ -56,8 +56,8 @@ fn places(header: &Header, names: [&str; 3]) -> Option<[usize; 3]> {
     }
 }
 
-/// Finds out how many columns of text a point has. A COUNT of 0 is none to some programs and one to others, and padding is
-/// written by some; the number of words tells.
+/// Determines the columns of ASCII data from the number of words in a line. A COUNT of 0 means no column to some programs
+/// and one column to others, and some programs write padding.
 fn settle_columns(header: &mut Header, words: usize) -> Result<(), Fault> {
     let columns = |header: &Header| {
         let counts = header.fields.iter().map(|field| field.count);
@@ -91,8 +91,8 @@ fn settle_columns(header: &mut Header, words: usize) -> Result<(), Fault> {
     }
 }
 
-/// Finds out how many bytes a point has, and refuses a header that announces more than the file holds: the reader would
-/// allocate it, or index past its end.
+/// Determines the number of bytes of a point, and refuses a header that announces more data than the file holds, which
+/// pcd-rs would allocate, or index beyond its end.
 fn settle_bytes(header: &mut Header, available: usize) -> Result<(), Fault> {
     let needed = |header: &Header| {
         let sizes = header.fields.iter().map(header::Field::bytes);
@@ -250,12 +250,12 @@ fn uncompressed_size(data: &[u8]) -> Result<usize, Fault> {
             "{compressed} compressed bytes announced, there are {available}"
         )));
     }
-    // LZF makes at most 264 bytes of three.
+    // LZF expands three bytes to at most 264.
     if uncompressed > compressed.saturating_mul(88) {
         let reason = format!("{compressed} bytes cannot unpack to {uncompressed}");
         return Err(Fault::malformed(reason, EXPORT));
     }
-    // The reader keeps them twice.
+    // pcd-rs holds the decompressed bytes twice.
     if uncompressed > UNPACKED_MAX.saturating_add(data.len()) {
         let reason = format!("its {compressed} bytes unpack to {uncompressed}");
         return Err(Fault::malformed(
@@ -266,7 +266,7 @@ fn uncompressed_size(data: &[u8]) -> Result<usize, Fault> {
     Ok(uncompressed)
 }
 
-/// So much more than the file's length its points may take once they are unpacked, bytes.
+/// Decompressed points may take this many bytes more than the file: a limit against decompression bombs.
 const UNPACKED_MAX: usize = 24 << 20;
 
 fn number(field: &Field) -> Option<f32> {

@@ -24,7 +24,7 @@ pub(super) enum Kind {
     U64,
     F32,
     F64,
-    /// One that the format does not know: as text it can be read over.
+    /// An unknown type; in ASCII files such values can be skipped.
     Unknown,
 }
 
@@ -66,7 +66,7 @@ pub(super) struct Property {
     pub length: Option<Kind>,
 }
 
-/// What there are several of, all with the same properties.
+/// An element of PLY, such as `vertex`: `count` records with the same properties.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Element {
     pub name: String,

@@ -1,5 +1,5 @@
-//! PLY as people's programs write it: the header by words, what follows by numbers, wherever the lines end; what nobody
-//! asked for is read over. (Turk, "The PLY Polygon File Format", 1994)
+//! Reading and writing PLY (Turk, "The PLY Polygon File Format", 1994), with the liberties that programs take: ASCII values
+//! may be broken into lines anywhere, and unknown elements and properties are skipped.
 
 mod header;
 mod values;
@@ -20,7 +20,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let (header, payload) = Header::parse(bytes)?;
     check(&header, payload.len())?;
     let read = Reader::read(&header, payload);
-    // Some programs leave an empty line behind a header whose data are binary. Its bytes are data if that comes out even.
+    // Some programs write an empty line between the header and binary data. Whether these bytes are data follows from the
+    // length of the file.
     let break_len = payload
         .iter()
         .take_while(|byte| matches!(byte, b'\r' | b'\n'))
@@ -60,7 +61,7 @@ pub(super) fn encode(points: &[Point3<f32>]) -> Vec<u8> {
     bytes
 }
 
-/// Refuses what would read nothing sensible, or announces more than there is.
+/// Refuses a header without usable coordinates, or one that announces more data than the file has.
 fn check(header: &Header, payload_len: usize) -> Result<(), Fault> {
     let Some(vertex) = header.element(VERTEX) else {
         let names: Vec<_> = header
@@ -107,7 +108,8 @@ fn places(element: &Element, names: [&str; 3]) -> Option<[usize; 3]> {
 struct Reader<'a> {
     values: Values<'a>,
     vertex_count: usize,
-    /// So many fit into what is in memory anyway: no mesh has more a byte, but a file made to fill the memory has.
+    /// Limit on the number of triangles, in proportion to the file's size. It protects from a file whose faces have so many
+    /// corners that their triangles would fill the memory.
     triangles_max: usize,
     raw: Raw,
 }
@@ -199,8 +201,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Each corner after the first two makes a triangle with the two before it, every other one turned over; −1 starts
-    /// anew (Stanford's scans).
+    /// Triangle strip: each corner after the first two makes a triangle with the two before it, with alternating
+    /// orientation; −1 starts a new strip (as in Stanford's scans).
     fn strip(&mut self, element: &Element, at: usize, number: usize) -> Result<(), Fault> {
         let kind = element.properties[at].kind;
         let mut before = [None; 2];

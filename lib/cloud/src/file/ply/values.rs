@@ -1,4 +1,4 @@
-//! The numbers behind the header of a PLY file, one after the other.
+//! Reads the numbers after the header of a PLY file one by one.
 
 use super::super::Fault;
 use super::header::{Encoding, Kind};
@@ -27,7 +27,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// A coordinate. What is no number in text is an error; NaN and infinities are not.
+    /// A coordinate. A word that is no number is an error; NaN and infinities are accepted.
     pub(super) fn number(&mut self, kind: Kind) -> Result<f32, Fault> {
         if let Self::Text(tokens) = self {
             return text::number(tokens.next().ok_or_else(ended)?).map_err(no_number);
@@ -50,7 +50,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Reads over numbers that nobody asked for, whatever they are.
+    /// Skips numbers without checking them.
     pub(super) fn skip(&mut self, kind: Kind, count: usize) -> Result<(), Fault> {
         match self {
             Self::Text(tokens) => match count {
@@ -65,7 +65,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// Nothing is left but white space. In a binary file what follows the last element is nobody's.
+    /// Whether only white space is left. In a binary file, bytes after the last element are ignored.
     pub(super) fn is_at_end(&self) -> bool {
         match self {
             Self::Text(tokens) => tokens.clone().next().is_none(),
