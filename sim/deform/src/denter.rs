@@ -1,4 +1,4 @@
-//! One dent, from asked to done (paper Sec. IV-B 5–8).
+//! Makes one dent: from the asked depth to a deformed mesh without new self-intersections (paper Sec. IV-B 5–8).
 
 use mesh::Mesh;
 use nalgebra::Point3;
@@ -12,10 +12,10 @@ use crate::loss::{Loss, LossOfSource, LossWeightError};
 #[cfg(test)]
 mod tests;
 
-/// How finely the deepest free intensity is looked for.
+/// Resolution of the bisection for the deepest intensity without self-intersections.
 const INTENSITY_STEP_M: f64 = 0.000_25;
 
-/// Dents one object; all that is done once for it.
+/// Dents one object. Holds what is computed once for it: grasps, factors and search trees.
 pub struct Denter {
     source: Mesh,
     vertices_m: Vec<Point3<f64>>,
@@ -26,7 +26,7 @@ pub struct Denter {
     loss: LossOfSource,
 }
 
-/// A dented object, and how it came about.
+/// A dented object, with the depths, loss and energy of its deformation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dent {
     /// The deformed mesh; its triangles are the source's.
@@ -35,15 +35,15 @@ pub struct Dent {
     pub asked_m: f64,
     /// How far it pressed: less where the fingers would meet or the surface would fold through itself.
     pub applied_m: f64,
-    /// Eq. 5.
+    /// Loss of Eq. 5.
     pub loss: Loss,
-    /// Eq. 3, before an inner wall is laid behind the outer one.
+    /// Energy of Eq. 3, m², before an inner wall is laid behind the outer one.
     pub energy_m2: f64,
-    /// Of the deformation that the mesh is from.
+    /// L-BFGS iterations of the deformation that made this mesh.
     pub iterations: usize,
     /// Why the iterations ended.
     pub stop: Stop,
-    /// Deformations tried, this one among them; 0 where a dent before had found the deepest.
+    /// Deformations tried for this dent, this one included; 0 if an earlier dent had already found the deepest.
     pub tries: usize,
 }
 
@@ -56,7 +56,7 @@ pub enum DentError {
     /// The object cannot be deformed.
     #[error(transparent)]
     Arap(#[from] ArapError),
-    /// The loss has no such weights.
+    /// The loss has a weight out of range.
     #[error(transparent)]
     Loss(#[from] LossWeightError),
     /// An intensity is not a number or not above zero.
@@ -110,7 +110,7 @@ impl Denter {
         &self.source
     }
 
-    /// Self-intersections that the source itself has; of vertices in millimetres.
+    /// The search for self-intersections, with those that the source itself has; its vertices are in millimetres.
     pub fn intersections(&self) -> &SelfIntersections {
         &self.intersections
     }
@@ -140,7 +140,7 @@ struct Press<'a> {
     denter: &'a Denter,
     grasp: &'a Grasp,
     grip: Grip<'a>,
-    /// The last deformation found free; shallower than `folded_m`.
+    /// The last deformation without new self-intersections; shallower than `folded_m`.
     free: Option<Pressed>,
     /// The shallowest intensity so far that made the surface pass through itself.
     folded_m: Option<f64>,
@@ -183,7 +183,7 @@ impl Press<'_> {
         })
     }
 
-    /// Leaves in `free` the deformation at this intensity, or the deepest free one below it.
+    /// Sets `free` to the deformation at this intensity, or to the deepest one below it without new self-intersections.
     fn press_to(&mut self, intensity_m: f64) -> Result<(), DentError> {
         let is_done = self
             .free
@@ -202,7 +202,7 @@ impl Press<'_> {
         Ok(())
     }
 
-    /// Deforms to an intensity (Eq. 4) and sees whether triangles pass through each other that did not in the source.
+    /// Deforms to an intensity (Eq. 4) and checks whether this adds self-intersections to the source's.
     fn attempt(&mut self, intensity_m: f64) -> Result<(), DentError> {
         self.tries += 1;
         let targets_m = self.grasp.targets_m(&self.denter.vertices_m, intensity_m);
@@ -226,7 +226,7 @@ impl Press<'_> {
     }
 }
 
-/// As a dataset's file holds them. Slivers of triangles can intersect or not by this rounding alone.
+/// The vertices as a dataset's file holds them: whether sliver triangles intersect can depend on this rounding alone.
 fn in_millimetres(vertices_m: &[Point3<f32>]) -> impl Iterator<Item = Point3<f32>> {
     vertices_m.iter().map(|vertex| vertex * 1000.0)
 }

@@ -1,5 +1,5 @@
-//! What a flat thing leaves on a thin wall that it was pressed against: a facet as broad as the object, unlike the
-//! dents of fingers.
+//! The facet that a thin wall gets when it is pressed against something flat: as broad as the object, unlike the dents
+//! of fingers.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -12,21 +12,21 @@ use rand::{Rng, RngExt};
 pub struct Flattening {
     /// Direction from the axis to the facet's middle, about z from x.
     pub towards_rad: f32,
-    /// How far its middle lies inside of where the widest part of the object was, m.
+    /// How far its middle lies inside of the object's largest radius before, m.
     pub depth_m: f32,
     /// Height of its middle, m.
     pub middle_m: f32,
-    /// From its middle up or down to where nothing is pressed any more, m.
+    /// Half its height: from its middle up or down to where the wall is unchanged, m.
     pub reach_m: f32,
 }
 
-/// What is left of a height above the facet's plane: a wall springs back a little.
+/// Springback: share of the wall's former height above the facet's plane that remains.
 const LEFT: f32 = 0.08;
-/// How much of what the chord is shorter than its arc goes into width: the side away from the facet becomes wider, too.
+/// Share of the difference between arc and chord by which the wall on the facet's side widens; the rest widens the far side.
 const YIELD: f32 = 0.6;
 
 impl Flattening {
-    /// Any facet of a depth on an object of a height, m, whose ends stay as they are.
+    /// A random facet of depth `depth_m` on an object of height `height_m`, both in m; the object's ends stay unchanged.
     pub fn random(depth_m: f32, height_m: f32, random: &mut impl Rng) -> Self {
         let middle_m = height_m * random.random_range(0.3..0.7);
         Self {
@@ -37,10 +37,10 @@ impl Flattening {
         }
     }
 
-    /// Presses the facet in. What is above its plane comes down to it, and the wall yields sideways, since it bends but
-    /// does not shrink: the girth of a round object stays nearly what it was. Inner and outer face of a wall come near
-    /// to each other; where they are less than a millimetre apart, as in a cup, their triangles may cross, by less than
-    /// a camera sees.
+    /// Presses the facet in: moves the wall outside its plane onto the plane and widens it sideways, because a wall bends
+    /// but does not shrink. The girth of a round object stays nearly the same. Inner and outer face of a wall come closer
+    /// to each other; where they are less than a millimetre apart, as in a cup, their triangles may intersect, by less
+    /// than a depth camera resolves.
     pub fn apply(&self, mesh: &mut Mesh) {
         let (sin, cos) = self.towards_rad.sin_cos();
         let out = |v: &Point3<f32>| cos * v.x + sin * v.y;
@@ -63,7 +63,7 @@ impl Flattening {
         }
     }
 
-    /// The whole depth in the middle, nothing at both ends, smooth between.
+    /// Depth at a height, m: `depth_m` in the middle, 0 at both ends, smooth in between.
     fn depth_at(&self, height_m: f32) -> f32 {
         let share = ((height_m - self.middle_m) / self.reach_m).clamp(-1.0, 1.0);
         self.depth_m * (FRAC_PI_2 * share).cos().powi(2)

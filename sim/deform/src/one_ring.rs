@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 /// Why a mesh has no sound one-rings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshFault {
-    /// Nothing to work on.
+    /// No triangles.
     #[error(
         "a mesh of {vertices} vertices and {triangles} triangles; it needs at least one triangle"
     )]
@@ -16,12 +16,12 @@ pub enum MeshFault {
         /// How many triangles it has.
         triangles: usize,
     },
-    /// A place that is no number.
+    /// A coordinate that is NaN or infinite.
     #[error("vertex {vertex} at {place} is not finite; drop it and its triangles first")]
     NotFinite {
         /// Index of the vertex.
         vertex: usize,
-        /// Where it is.
+        /// Its position.
         place: Point3<f32>,
     },
     /// An index beyond the vertices.
@@ -58,15 +58,15 @@ pub enum MeshFault {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OneRings(Rows<(u32, f64)>);
 
-/// An angle's cotangent is cut off here, so that a triangle of no area weighs much, but not infinitely much.
+/// Largest cotangent: bounds the weight of a triangle without area. Reached at an angle of 0.006°.
 const COTANGENT_MAX: f64 = 1e4;
-/// An edge whose mean cotangent is negative weighs this: nothing that shows in an energy, but enough to tie a vertex,
-/// all of whose edges are such, to its neighbours.
+/// Weight of an edge whose mean cotangent is negative: too small to show in an energy, but enough to tie a vertex with
+/// only such edges to its neighbours.
 const WEIGHT_MIN: f64 = 1e-9;
 
 impl OneRings {
-    /// Edges of the triangles. An edge weighs the mean of the cotangents of the angles opposite to it (paper Eq. 2):
-    /// two of them inside a surface, one at its rim, more where it is not a manifold.
+    /// One-rings of a mesh. The weight of an edge is the mean cotangent of the angles opposite to it (paper Eq. 2): two
+    /// of them inside a surface, one on a boundary, more where the mesh is not manifold.
     pub fn new(mesh: &Mesh) -> Result<Self, MeshFault> {
         check(mesh)?;
         let half_edges = mesh.half_edges();

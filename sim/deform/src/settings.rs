@@ -1,4 +1,4 @@
-//! Settings of all that a dent takes.
+//! Settings of making a dent.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::arap::ArapSettings;
 use crate::grasp::GraspSettings;
 use crate::loss::LossWeights;
 
-/// How an object is grasped, deformed and judged.
+/// How an object is grasped and deformed, and how the deformation is rated.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {

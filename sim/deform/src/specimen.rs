@@ -1,4 +1,4 @@
-//! Dented specimens of the eight objects, for whoever wants one and not a dataset.
+//! Single dented specimens of the eight objects; `sim/dataset` makes them by the thousand.
 
 use std::sync::OnceLock;
 
@@ -16,7 +16,7 @@ pub enum SqueezeError {
     /// The depth is not a number, negative or too large.
     #[error("squeeze is {squeeze_m} m: expected 0 to {SQUEEZE_MAX_M} m")]
     Range {
-        /// What was asked for.
+        /// The asked depth, m.
         squeeze_m: f64,
     },
     /// No grasp of the object can be pressed.
@@ -32,7 +32,7 @@ pub enum SqueezeError {
 /// A specimen of a class in the object frame: dented by `squeeze_m` from each side where `seed` says, its size off the
 /// table's by `variation`. A squeeze of 0 changes nothing.
 ///
-/// What is done once for a class is kept for the next specimen of it.
+/// The [`Denter`] of a class is kept for the next specimen of it.
 ///
 /// # Errors
 /// [`SqueezeError::Range`].

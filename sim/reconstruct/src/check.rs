@@ -1,15 +1,16 @@
-//! The laws that a mesh must keep to be deformed.
+//! The conditions that a mesh must meet to be deformed.
 
 use mesh::{HalfEdges, Mesh, sides, triangle};
 use nalgebra::Point3;
 
-/// Least height of a triangle, as a share of its longest edge. Flatter ones count as having no area.
+/// Least height of a triangle, as a share of its longest edge. Flatter ones count as degenerate: a vertex's f32 rounding
+/// (6e-8 of its coordinate) could turn their normals.
 pub const HEIGHT_MIN: f64 = 1e-6;
 
-/// A law that a mesh breaks, at the first place where it does.
+/// A condition that a mesh violates, with the first vertex, edge or triangle that does.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Defect {
-    /// There is nothing.
+    /// No triangles.
     #[error("the mesh has no triangles")]
     Empty,
     /// A coordinate is NaN or infinite.
@@ -46,19 +47,20 @@ pub enum Defect {
         /// Its index.
         vertex: u32,
     },
-    /// A vertex has no triangle.
+    /// A vertex belongs to no triangle.
     #[error("vertex {vertex} has no triangle")]
     Unused {
         /// Its index.
         vertex: u32,
     },
-    /// The mesh falls into parts.
+    /// The mesh has several connected components.
     #[error("the mesh has {0} parts")]
     Parts(usize),
 }
 
-/// Whether a mesh can be deformed: every edge has one or two triangles, which run along it in opposite directions; the
-/// triangles at every vertex form one fan; there is one component, no triangle without area and no vertex without one.
+/// Checks that a mesh can be deformed: it is an oriented manifold, possibly with boundary (every edge has one or two
+/// triangles, which run along it in opposite directions; the triangles at every vertex form one fan), with one connected
+/// component, no degenerate triangle and no unused vertex.
 ///
 /// # Errors
 /// The first [`Defect`] that is found.
@@ -93,7 +95,7 @@ pub fn check(mesh: &Mesh) -> Result<(), Defect> {
     }
 }
 
-/// Whether a triangle has no area worth the name.
+/// Whether a triangle is degenerate: flatter than [`HEIGHT_MIN`].
 pub(crate) fn is_flat(vertices: &[Point3<f32>], corners: [u32; 3]) -> bool {
     let places = corners.map(|corner| vertices[corner as usize].cast::<f64>());
     let [a, b, c] = places;
@@ -123,7 +125,7 @@ fn check_fans(edges: &HalfEdges) -> Result<(), Defect> {
         let Some(any) = from.first() else {
             return Err(Defect::Unused { vertex });
         };
-        // A fan starts where no triangle comes before its first edge; any edge starts a closed one.
+        // An open fan starts at the edge that no triangle precedes; a closed one can start anywhere.
         let mut starts = from
             .iter()
             .map(|edge| edge.end)

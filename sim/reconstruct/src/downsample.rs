@@ -1,4 +1,4 @@
-//! Fewer points: one a voxel and side of the surface.
+//! Downsampling: one point for each voxel and side of the surface.
 
 use cloud::voxel::{Grid, VoxelError};
 use nalgebra::{Point3, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 /// How near the wanted count is near enough, as a share of it.
 const TOLERANCE: f64 = 0.005;
 const STEPS_MAX: usize = 40;
-/// Excess over the wanted count, as a share of it, that is not worth averaging away.
+/// Clouds that exceed the wanted count by at most this share are not thinned.
 const LEFT_ALONE: f64 = 0.1;
 
 /// Points with their normals, one each.
@@ -15,9 +15,10 @@ pub(crate) struct Oriented {
     pub normals: Vec<Vector3<f64>>,
 }
 
-/// About `wanted` points, and the side of the voxels in metres. Points that are hardly more than that stay as they are.
+/// Thins a cloud to about `wanted` points by bisecting the voxel size. Returns the points and the voxels' side in m, `None`
+/// where the cloud was small enough.
 ///
-/// A voxel's points are averaged, but those that look in opposite directions apart: they are two sides of a thin wall.
+/// A voxel's points are averaged, but those with opposite normals separately: they are the two sides of a thin wall.
 pub(crate) fn to_count(
     source: Oriented,
     wanted: usize,
@@ -26,7 +27,7 @@ pub(crate) fn to_count(
         return Ok((source, None));
     }
     let widest = cloud::bounds(&source.points).map_or(0.0, |bounds| bounds.extent().max());
-    // Below this a lattice place would have no number.
+    // Smaller voxels would have indices beyond the grid's range.
     let (mut low, mut high) = (widest * 1e-4, widest);
     let mut best: Option<(usize, Oriented, f32)> = None;
     for _ in 0..STEPS_MAX {

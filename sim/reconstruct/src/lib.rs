@@ -1,8 +1,8 @@
 //! From a scan, points or a mesh, to a mesh that can be deformed (paper Sec. IV-B 1-2).
 //!
-//! Points get outward normals, are thinned to an even density and become a surface by Poisson's equation; what no point
-//! supports is trimmed, and the rest gets even triangles. A mesh skips all this. Both are cleaned then, so that the
-//! result keeps to the laws of [`check()`], which deformation relies on.
+//! A cloud gets outward normals, is thinned to an even density and becomes a surface by Poisson reconstruction. Parts that
+//! no point supports are trimmed, and the rest is remeshed to even triangles. A mesh skips all this. Both are then
+//! repaired, so that the result meets the conditions of [`check()`], which deformation relies on.
 //!
 //! Two walls nearer to each other than the thinned points grow together here and there; [`Report::handles`] tells, and a
 //! larger [`Settings::point_count`] helps. Points without normals show two walls only if these are farther apart than
@@ -30,17 +30,17 @@ pub use settings::Settings;
 /// Why a scan does not become a mesh, and what to do about it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReconstructError {
-    /// A setting that cannot be.
+    /// A setting out of range.
     #[error("{name} is {value}; expected {expected}")]
     Setting {
         /// Its name.
         name: &'static str,
         /// What was asked for.
         value: String,
-        /// What can be.
+        /// The allowed range.
         expected: String,
     },
-    /// Not enough to see a shape in.
+    /// Too few points for a shape.
     #[error(
         "the scan has {count} usable points; scan again for at least {}",
         Settings::COUNT_MIN
@@ -65,7 +65,7 @@ pub enum ReconstructError {
         /// Diagonal of the box around them.
         width_m: f64,
     },
-    /// Not one normal a point.
+    /// The numbers of normals and points differ.
     #[error("the scan has {normals} normals for {points} points; give each one, or none")]
     Normals {
         /// How many normals there are.
@@ -94,10 +94,10 @@ pub enum ReconstructError {
         /// What it has too many of.
         found: String,
     },
-    /// The points are too far from the origin for their distances.
+    /// The points are too far from the origin for voxels as small as their spacing.
     #[error(transparent)]
     Voxel(#[from] cloud::VoxelError),
-    /// The result does not keep to the laws.
+    /// The repaired mesh still violates a condition of [`check()`].
     #[error("the scan cannot be mended ({0}); scan again, or repair it by hand")]
     Unmended(#[from] Defect),
 }
@@ -127,7 +127,7 @@ pub fn mesh_from_scan(
     }
 }
 
-/// A scan need not come from a file.
+/// Checks what a reader of files guarantees, since a scan need not come from a file.
 fn check_scan(scan: &Scan) -> Result<(), ReconstructError> {
     let points = scan.points_m.len();
     if let Some(index) = scan

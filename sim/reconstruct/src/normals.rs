@@ -1,9 +1,9 @@
-//! Outward directions of a cloud's surface.
+//! Outward normals of a cloud.
 //!
-//! Each direction is that of the plane through a point's neighbours; the sides are made to agree along a minimum
-//! spanning tree of the neighbours' graph (Hoppe et al., SIGGRAPH 1992). Two neighbours agree if one direction,
-//! mirrored in the plane halfway between them, is nearly the other: this holds along a surface, round an edge, and also
-//! through a thin wall, whose two sides look away from each other.
+//! Each normal is that of the plane through a point's nearest neighbours. Their signs are made consistent along a minimum
+//! spanning tree of the neighbours' graph (Hoppe et al., SIGGRAPH 1992). Two neighbours agree if one normal, mirrored in
+//! the plane halfway between them, is nearly the other: this holds along a surface, round an edge, and also through a thin
+//! wall, whose two sides face away from each other.
 
 use std::num::NonZeroUsize;
 
@@ -36,7 +36,7 @@ fn estimate(points: &[Point3<f32>], neighbours: NonZeroUsize) -> Vec<Vector3<f64
     normals
 }
 
-/// Outward unit vectors, one a point, or zeros: the given ones where they are worth something, or else estimated.
+/// Outward unit normals, one a point, or zeros: the given ones where they fit the points, otherwise estimated ones.
 pub(crate) fn outward(
     points: &[Point3<f32>],
     given: Option<Vec<Vector3<f64>>>,
@@ -64,15 +64,15 @@ pub(crate) fn outward(
     }
 }
 
-/// Least cosine, for the median point, between a normal and that of the plane through the point's neighbours.
+/// Given normals fit if the median cosine between them and the estimated planes' normals is at least this.
 const ALONG_PLANES_MIN: f64 = 0.8;
 /// Largest share of neighbours with opposite sides. Scans of thin cups have up to 0.15 %, two halves of a can that look the same
 /// way 1.6 %.
 const OPPOSITE_MAX: f64 = 0.005;
-/// Neighbours whose sides are certain.
+/// Largest doubt (see [`Edge`]) at which two neighbours' relative sign counts as certain.
 const DOUBT_MAX: f64 = 0.2;
 
-/// What given normals are worth.
+/// How well given normals fit the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Judgement {
     /// Median of the cosines between a point's normal and that of the plane through its neighbours, without sign.
@@ -81,7 +81,7 @@ struct Judgement {
     opposite: f64,
 }
 
-/// Holds unit normals, or zeros, of any side against the points.
+/// Compares unit normals, or zeros, of either sign with the planes through the points' neighbours.
 fn judge(points: &[Point3<f32>], normals: &[Vector3<f64>], neighbours: NonZeroUsize) -> Judgement {
     let near = nearest(points, neighbours);
     let mut planes = Planes::new(points, &near);
@@ -151,12 +151,12 @@ impl<'a> Planes<'a> {
         }
     }
 
-    /// What two points know of each other's sides.
+    /// The relative sign of two neighbours' normals, and how doubtful it is.
     fn edge(&self, a: u32, b: u32) -> Edge {
         let [from, to] = [a, b].map(|at| &self.normals[at as usize]);
         let [start, end] = [a, b].map(|at| &self.points[at as usize]);
         let between: Vector3<f64> = (end - start).cast();
-        // Between points nearer than the grain, noise alone can lead from one to the other; that is no wall.
+        // Points nearer to each other than the grain differ by noise alone; no wall is that thin.
         let grain_sq = self.grains_sq[a as usize].max(self.grains_sq[b as usize]);
         let length_sq = (between.norm_squared() + grain_sq).max(f64::MIN_POSITIVE);
         let mirrored = from - between * (2.0 * from.dot(&between) / length_sq);
@@ -168,7 +168,7 @@ impl<'a> Planes<'a> {
         }
     }
 
-    /// The edges of the neighbours' graph, most certain first.
+    /// The edges of the neighbours' graph, most certain first: Kruskal's order.
     fn edges(&self, near: &[Vec<u32>]) -> Vec<Edge> {
         let edges_at = |(at, near): (usize, &Vec<u32>)| {
             let at = at as u32;
@@ -185,17 +185,17 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// Two points, how little is known about their sides (0 to 1), and whether these differ.
+/// Two points, how doubtful their normals' relative sign is (0 to 1), and whether the signs differ.
 struct Edge {
     doubt: f64,
     ends: [u32; 2],
     opposite: bool,
 }
 
-/// Groups of points whose sides are known relative to each other.
+/// Union-find with parity: sets of points whose normals' signs are known relative to each other.
 struct Sides {
     parents: Vec<u32>,
-    /// Whether a point's side differs from its parent's.
+    /// Parity: whether a point's sign differs from its parent's.
     opposite: Vec<bool>,
     sizes: Vec<u32>,
 }
@@ -209,7 +209,7 @@ impl Sides {
         }
     }
 
-    /// The group that a point is in, and whether its side differs from the group's.
+    /// The root of a point's set, and whether the point's sign differs from the root's.
     fn root(&self, point: usize) -> (usize, bool) {
         let (mut at, mut opposite) = (point, false);
         while self.parents[at] as usize != at {
@@ -219,7 +219,7 @@ impl Sides {
         (at, opposite)
     }
 
-    /// Joins two groups, the smaller to the larger, so that trees stay flat.
+    /// Joins the sets of an edge's ends, the smaller to the larger (union by size). False if they are one already.
     fn join(&mut self, edge: &Edge) -> bool {
         let [(a, a_opposite), (b, b_opposite)] = edge.ends.map(|end| self.root(end as usize));
         if a == b {
@@ -242,7 +242,7 @@ impl Sides {
         }
     }
 
-    /// Joins what the graph left apart, each group to its nearest other, until there is one.
+    /// Joins sets that the graph left apart, each to its nearest other one, until there is only one.
     fn bridge(&mut self, planes: &Planes, tree: &Tree, count: NonZeroUsize) {
         let points = planes.points;
         let mut count = count;
@@ -272,7 +272,8 @@ impl Sides {
     }
 }
 
-/// Whether the outermost points look outward. They vote, in the directions of a cube's faces, edges and corners.
+/// Whether the normals of the outermost points face outward, by majority over the 26 directions of a cube's faces, edges
+/// and corners.
 fn faces_outward(points: &[Point3<f32>], normals: &[Vector3<f64>]) -> bool {
     let steps = [-1.0, 0.0, 1.0];
     let mut vote = 0.0;

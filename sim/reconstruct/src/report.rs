@@ -1,4 +1,4 @@
-//! What was done with a scan.
+//! Report of a reconstruction.
 
 use std::fmt;
 
@@ -17,15 +17,15 @@ pub struct FromPoints {
     pub voxel_m: Option<f32>,
     /// Where the normals come from.
     pub normals: NormalSource,
-    /// Mean distance of those points.
+    /// Mean distance between neighbouring points.
     pub spacing_m: f64,
     /// Side of the finest cells.
     pub cell_m: f64,
-    /// Root mean square distance of those points from the surface.
+    /// Root mean square distance of the points from the surface.
     pub distance_rms_m: f64,
     /// Triangles left out because no points supported them.
     pub trimmed: usize,
-    /// Times of the parts, in seconds. Not part of what the same scan gives again.
+    /// Times of the parts. Not serialised: they differ from run to run.
     #[serde(skip)]
     pub seconds: Seconds,
 }
@@ -38,11 +38,11 @@ pub enum NormalSource {
     Given,
     /// The file, where all look inward; they were turned over.
     GivenInward,
-    /// The points: the file has none.
+    /// Estimated from the points: the file has no normals.
     Estimated,
-    /// The points: those of the file look to either side, as a plane fit leaves them.
+    /// Estimated from the points: the file's normals have inconsistent signs, as a plane fit leaves them.
     EstimatedForSides,
-    /// The points: those of the file do not stand on the surface.
+    /// Estimated from the points: the file's normals are not perpendicular to the surface.
     EstimatedForAskew,
 }
 
@@ -60,18 +60,18 @@ impl fmt::Display for NormalSource {
     }
 }
 
-/// Where the time went.
+/// Durations of the steps, s.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Seconds {
     /// Normals and thinning.
     pub points: f64,
-    /// Poisson's equation and its surface.
+    /// Poisson reconstruction, trimming and repair.
     pub poisson: f64,
-    /// Even triangles.
+    /// Remeshing to even triangles.
     pub remesh: f64,
 }
 
-/// What was done with a scan, and what came out.
+/// What was done with a scan, and the properties of the resulting mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Points or vertices of the scan.
@@ -88,10 +88,10 @@ pub struct Report {
     pub vertices: usize,
     /// Triangles of the mesh.
     pub triangles: usize,
-    /// Closed lines along which the mesh is open.
+    /// Boundary loops: closed lines along which the mesh is open.
     pub boundary_loops: usize,
-    /// Handles, as of a mug. Where the object has none, they are bridges between walls too near each other for the
-    /// points' distance.
+    /// Handles, like that of a mug (the genus). If the object has none, they are bridges between walls that are closer to
+    /// each other than the points.
     pub handles: usize,
 }
 
@@ -119,8 +119,8 @@ impl Report {
 }
 
 impl Report {
-    /// What no object has that a gripper holds: a can or cup has no handle and may be open at both ends, a mug has one handle.
-    /// Such a mesh was made of normals or points that say nothing. `None` where all is well.
+    /// A property that no object for a gripper has, in words; `None` if there is none. A can or cup has no handle and may
+    /// be open at both ends, a mug has one handle. Other numbers come from unusable normals or points.
     pub fn doubt(&self) -> Option<String> {
         let handles = (self.handles > HANDLES_MAX).then(|| format!("{} handles", self.handles));
         let open = (self.boundary_loops > OPEN_MAX)
@@ -129,7 +129,7 @@ impl Report {
         (!found.is_empty()).then(|| found.join(" and "))
     }
 
-    /// Whether it is more than a doubt: a surface of points that has so many is rubbish.
+    /// Whether a surface made of points has so many handles or loops that it is unusable.
     pub(crate) fn is_tangled(&self) -> bool {
         self.from_points.is_some() && (self.handles > TANGLED || self.boundary_loops > TANGLED)
     }
@@ -137,11 +137,11 @@ impl Report {
 
 const HANDLES_MAX: usize = 2;
 const OPEN_MAX: usize = 4;
-/// Handles or open places from which on a surface of points is no object's. Thin walls that grow together in places have
-/// some ten, normals without a common side hundreds.
+/// Number of handles or boundary loops from which a surface made of points is unusable. Measured: thin walls that touch in
+/// places give about ten, normals with inconsistent signs hundreds.
 const TANGLED: usize = 50;
 
-/// By Euler's formula, for a mesh of one component.
+/// Genus of a mesh of one component, by Euler's formula.
 fn handles(mesh: &Mesh, edges: &HalfEdges, boundary_loops: usize) -> usize {
     let directed = mesh.triangles.iter().flat_map(|&corners| sides(corners));
     let open = directed

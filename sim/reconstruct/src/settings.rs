@@ -1,4 +1,4 @@
-//! What a user can choose.
+//! Settings of reconstruction.
 
 use std::num::NonZeroUsize;
 
@@ -13,14 +13,14 @@ use crate::poisson;
 pub struct Settings {
     /// Points that the cloud is thinned to before reconstruction (paper: about 10,000).
     pub point_count: usize,
-    /// Neighbours whose plane gives a point's normal, where the scan has none.
+    /// Number of neighbours through which a plane is fitted for a point's normal, where the scan has none; 3 to 200.
     pub normal_neighbours: NonZeroUsize,
-    /// Deepest level of the Poisson reconstruction (paper: 9): cells of at least 1.1 widths of the object, halved that
-    /// often. Cells stop at half the points' distance, below which there is nothing to see.
+    /// Deepest level of the Poisson reconstruction (paper: 9), 5 to 12: its cells are 1.1 widths of the object, halved this
+    /// many times, but no smaller than half the points' mean distance.
     pub depth: u32,
-    /// Weight of passing through the points against having their normals; 0 for the unscreened reconstruction.
+    /// Screening weight α: how strongly the surface is drawn to the points; 0 (unscreened) to 1000.
     pub screening: f64,
-    /// Radius of the holes that are closed, in mean distances of the thinned points. Larger ones stay open.
+    /// Largest radius of the holes that are closed, in mean distances of the thinned points; 1 to 100.
     pub reach: f64,
     /// Vertices of the mesh made of points, to within 10 %. A scan that is a mesh keeps its own.
     pub vertex_count: usize,
@@ -40,10 +40,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Fewest points, and fewest vertices, of anything that has a shape.
+    /// Least number of points and of vertices.
     pub const COUNT_MIN: usize = 100;
 
-    /// Refuses what cannot be done.
+    /// Checks that every setting is in its range.
     pub(crate) fn check(&self) -> Result<(), ReconstructError> {
         let depths = 5..=poisson::DEPTH_MAX;
         let refuse = |name, value: String, expected: String| {

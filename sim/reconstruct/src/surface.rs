@@ -1,4 +1,4 @@
-//! From points to a surface of even triangles.
+//! From a cloud to a surface of even triangles.
 
 use std::collections::HashSet;
 use std::num::NonZeroUsize;
@@ -16,12 +16,12 @@ use crate::poisson::{Field, Sample, Surface};
 use crate::report::{FromPoints, NormalSource, Seconds};
 use crate::{ReconstructError, Settings, clean, normals, remesh, trim};
 
-/// Neighbours from whose distance a sample's area follows.
+/// Number of neighbours from whose distance the area of a sample is estimated (12).
 const AREA_NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(11);
 /// Thickness of a scan, as a share of its width, below which it is flat.
 const THICKNESS_MIN: f64 = 1e-3;
 
-/// The surface that points are of, its report, and the times of its parts.
+/// Reconstructs the surface of a cloud: normals, thinning, Poisson, trimming, remeshing.
 pub(crate) fn from_points(
     scan: &Scan,
     settings: &Settings,
@@ -65,7 +65,7 @@ pub(crate) fn from_points(
     Ok((to_mesh(&even), report))
 }
 
-/// The different points, with normals, thinned.
+/// The cloud without repeated points, with outward normals, thinned.
 fn oriented(
     scan: &Scan,
     settings: &Settings,
@@ -129,8 +129,8 @@ fn refuse_flat(points: &[Point3<f32>]) -> Result<(), ReconstructError> {
     Ok(())
 }
 
-/// Points with the area that each stands for: that of a disc that just holds its nearest neighbours on its side of the
-/// surface, divided among these.
+/// Points with the area that each represents: the disc around it that reaches its nearest neighbours on the same side of
+/// the surface, divided by their number.
 fn samples(oriented: &Oriented) -> Vec<Sample> {
     let Some(tree) = Tree::new(&oriented.points) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Poisson closes every hole with a balloon; what no sample supports goes.
+//! Poisson reconstruction closes every hole with a bulging surface. Trimming removes the parts that no sample supports.
 
 use cloud::Tree;
 use mesh::triangle;
@@ -7,13 +7,14 @@ use rayon::prelude::*;
 
 use crate::poisson::{Field, Surface};
 
-/// Distance, as a share of the reach, of a surface point from the mean of the samples within reach of it, beyond which
-/// it lies outside them. On the straight edge of a surface it is 4/(3π) = 0.42.
+/// A surface point is unsupported if the centroid of the samples within reach is farther from it than this share of the
+/// reach. For a point on the straight edge of a sampled surface this is the centroid of a half disc, 4/(3π) = 0.42.
 const OFF_CENTRE_MAX: f64 = 0.45;
-/// Nearer to a sample than that share of the reach, a surface point stays in any case: a corner of the samples is thin.
+/// A surface point nearer to a sample than this share of the reach is kept in any case: at a sharp corner of the samples
+/// the centroid is far away.
 const NEAR: f64 = 0.15;
 
-/// Leaves out the parts of a surface beyond the samples' edge and says how many triangles that were. Holes of the
+/// Removes the parts of a surface beyond the samples' edge and returns the number of triangles removed. Holes of the
 /// samples narrower than about `reach_m` stay closed, since there are samples on all sides of them.
 pub(crate) fn trim(
     surface: &mut Surface,
@@ -32,7 +33,7 @@ pub(crate) fn trim(
         if f64::from(nearest_sq) <= (NEAR * reach_m).powi(2) {
             return true;
         }
-        // Where the surface bends, samples lie on one side of it; only the distance along it counts.
+        // Where the surface bends, samples lie on one side of it; only the offset along the surface counts.
         let normal = field
             .project(point)
             .map(|(_, normal)| normal)
@@ -52,7 +53,7 @@ pub(crate) fn trim(
     before - surface.triangles.len()
 }
 
-/// Those of the trimmed triangles that would leave only a pinhole: in parts of less area than a hole that stays closed.
+/// Trimmed triangles that would leave only a pinhole: components with less area than a hole that stays closed.
 fn pinholes(surface: &Surface, trimmed: &[[u32; 3]], reach_m: f64) -> Vec<[u32; 3]> {
     let (part_of, count) = mesh::components(surface.points.len(), trimmed);
     let mut areas = vec![0.0; count];

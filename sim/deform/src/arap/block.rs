@@ -1,9 +1,10 @@
-//! One block of columns of a triangular solve.
+//! Forward and back substitution for one block of columns, with three right-hand sides at once.
 
-/// Three components of an unknown, and one to fill the machine's registers.
+/// x, y and z of an unknown. The fourth number pads to one 256-bit SIMD register.
 pub(super) type Lane = [f64; 4];
 
-/// Solves a block's own unknowns and takes them out of the rows below. `below` starts at row `base`.
+/// Forward substitution (L·x = b): solves for the block's own unknowns and subtracts their share from the rows below.
+/// `below` starts at row `base`.
 #[inline(always)]
 pub(super) fn lower<const W: usize>(
     values: &[f64],
@@ -32,7 +33,8 @@ pub(super) fn lower<const W: usize>(
     }
 }
 
-/// Takes the rows below out of a block's own unknowns and solves these. `below` starts at row `base`.
+/// Back substitution (Lᵀ·x = b): subtracts the share of the known rows below from the block's own unknowns, then solves
+/// for these. `below` starts at row `base`.
 #[inline(always)]
 pub(super) fn upper<const W: usize>(
     values: &[f64],

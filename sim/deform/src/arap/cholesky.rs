@@ -14,7 +14,7 @@ use faer::{Par, Side};
 use super::block::{Lane, lower, upper};
 use crate::one_ring::OneRings;
 
-/// faer could not factor: the matrix is singular to rounding, or memory ran out.
+/// faer could not factor the matrix: it is singular to rounding, or memory ran out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
 pub struct FactorFault(String);
@@ -51,8 +51,8 @@ pub(super) fn order(rings: &OneRings) -> Result<Vec<usize>, FactorFault> {
     Ok(order)
 }
 
-/// The pattern's entries up to the diagonal, or all, column by column: starts and rows. Off the diagonal, only where
-/// `keep` holds for row and column.
+/// Sparsity pattern in compressed columns: where each column starts, and the row of each entry. With `all` both triangles
+/// of the matrix, otherwise the upper one. Entries off the diagonal only where `keep` holds for row and column.
 fn columns(rings: &OneRings, keep: impl Fn(usize) -> bool, all: bool) -> (Vec<usize>, Vec<usize>) {
     let (mut starts, mut rows) = (vec![0], Vec::new());
     for column in 0..rings.len() {
@@ -73,13 +73,14 @@ fn columns(rings: &OneRings, keep: impl Fn(usize) -> bool, all: bool) -> (Vec<us
 #[derive(Debug, Clone)]
 pub(super) struct Cholesky {
     blocks: Vec<Block>,
-    /// Rows below the blocks' own, block by block.
+    /// Row indices of the entries below each block's triangle, block by block.
     rows: Vec<u32>,
-    /// Each block's triangle, then its rows below, both by rows. The diagonal is inverted.
+    /// For each block its dense triangle, then its entries in the rows below, both row-major. The diagonal holds 1/Lᵢᵢ.
     values: Vec<f64>,
 }
 
-/// A few columns that have the same rows below.
+/// A supernode of at most four columns, which have the same rows below: its first column, how many it has, and where its
+/// rows end in [`Cholesky::rows`].
 #[derive(Debug, Clone, Copy)]
 struct Block {
     column: u32,
@@ -87,9 +88,10 @@ struct Block {
     rows_end: u32,
 }
 
-/// Columns of a block: so many sums of three components fit into registers.
+/// Columns of a block at most: the sums of four columns fit into the SIMD registers.
 const WIDTH_MAX: usize = 4;
-/// faer joins columns of similar pattern. Zeros cost time in every solve, so it may add few of them.
+/// Supernode amalgamation: (columns, share of explicit zeros allowed in a supernode of up to so many). Smaller shares than
+/// faer's defaults, since each zero costs time in every solve, and one factor serves hundreds of solves.
 const RELAX: &[(usize, f64)] = &[(4, 0.3), (16, 0.2), (48, 0.05), (usize::MAX, 0.02)];
 
 impl Cholesky {
@@ -164,7 +166,7 @@ impl Cholesky {
         Ok(flat)
     }
 
-    /// Cuts faer's block of any width into ours.
+    /// Splits a supernode of faer's, of any width, into blocks of at most `WIDTH_MAX` columns.
     fn push(&mut self, supernode: SupernodeRef<'_, usize, f64>) {
         let values = supernode.val();
         let (height, width) = (values.nrows(), values.ncols());
@@ -196,7 +198,7 @@ impl Cholesky {
         }
     }
 
-    /// Number of values, zeros that were let in included.
+    /// Number of stored values, explicit zeros included.
     #[cfg(test)]
     pub fn entries(&self) -> usize {
         self.values.len()

@@ -1,4 +1,4 @@
-//! The energy of Eq. 3, its gradient, and what it asks of the places.
+//! The energy of Eq. 3, its gradient with respect to the rotations, and the right-hand side for the positions.
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ pub(super) type Quaternion = [f64; 4];
 #[derive(Debug, Clone)]
 pub(super) struct Rotations {
     quaternions: Vec<Quaternion>,
-    /// The same as matrices less identity: small where the rotation is, so that nothing is lost to rounding.
+    /// R − I for each rotation R: small rotations keep their full precision this way.
     excess: Vec<Matrix3<f64>>,
 }
 
@@ -25,7 +25,8 @@ impl Rotations {
         }
     }
 
-    /// Sets each rotation to that of `from`, turned on about `scale`·`turns[i]` (radians, for small ones).
+    /// Sets each rotation to that of `from`, followed by a rotation about the vector `scale`·`turns[i]` (axis times angle
+    /// in radians, to third order; see [`turn_on`]).
     pub fn set_turned(&mut self, from: &Self, turns: &[Vector3<f64>], scale: f64) {
         let turned = from
             .quaternions
@@ -54,8 +55,8 @@ impl Rotations {
     }
 }
 
-/// Turns on by the rotation whose quaternion is (1, turn/2), made a unit one: within third order that about `turn`, by
-/// less than half a circle however long `turn` is, and cheaper.
+/// Multiplies `from` by the normalised quaternion (1, turn/2). This retraction agrees with the exponential map of `turn`
+/// to third order, needs no sine, and rotates by less than 180° however long `turn` is.
 fn turn_on(from: &Quaternion, turn: &Vector3<f64>) -> Quaternion {
     let [w, x, y, z] = *from;
     let half = turn / 2.0;
@@ -92,7 +93,7 @@ fn excess_of(&[w, x, y, z]: &Quaternion) -> Matrix3<f64> {
     ) * 2.0
 }
 
-/// What does not change while a mesh deforms.
+/// What does not change while a mesh deforms: its one-rings with cotangent weights, and its rest positions.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
     pub rings: OneRings,
@@ -102,8 +103,7 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Right-hand sides of the system that the best displacements solve: half of each edge's weight times how far the
-    /// rotations at its ends move it together.
+    /// Right-hand side of ARAP's global step, for displacements: Σⱼ wᵢⱼ/2 · ((Rᵢ−I) + (Rⱼ−I)) · (vᵢ−vⱼ) for each vertex i.
     pub fn pulls(&self, rotations: &Rotations, pulls: &mut [[f64; 4]]) {
         in_parts(pulls, |vertex, pull| {
             let (place, own) = (self.rest_m[vertex], rotations.excess[vertex]);
@@ -117,8 +117,8 @@ impl Surface {
         });
     }
 
-    /// Energy in square metres of displaced vertices with these rotations, and into `gradient` its derivative with
-    /// respect to a turn of each rotation.
+    /// Returns the energy in m² of the displaced vertices with these rotations. Writes its derivative with respect to a
+    /// further rotation of each vertex, m²/rad, into `gradient`.
     pub fn energy(
         &self,
         rotations: &Rotations,
@@ -133,7 +133,7 @@ impl Surface {
         })
     }
 
-    /// Σ w |(v'ᵢ−v'ⱼ) − Rᵢ(vᵢ−vⱼ)|² over a vertex' neighbours, and its slope.
+    /// First term of Eq. 3 at one vertex: Σⱼ wᵢⱼ |(v'ᵢ−v'ⱼ) − Rᵢ(vᵢ−vⱼ)|² over its neighbours, and its gradient.
     fn stretch(
         &self,
         vertex: usize,
@@ -152,8 +152,8 @@ impl Surface {
         (energy, torque * -2.0)
     }
 
-    /// Σ |Rᵢ−Rⱼ|² over a vertex' neighbours, and the slope of the sum over all vertices, in which each pair counts
-    /// twice. With unit quaternions whose difference squared is d it is 8d − 2d².
+    /// Second term of Eq. 3 at one vertex: Σⱼ |Rᵢ−Rⱼ|² over its neighbours (Frobenius norm), and the gradient of the sum
+    /// over all vertices, in which each pair counts twice. For unit quaternions p and q with d = |p−q|², |Rᵢ−Rⱼ|² = 8d − 2d².
     fn bend(&self, vertex: usize, quaternions: &[Quaternion]) -> (f64, Vector3<f64>) {
         let own = quaternions[vertex];
         let (mut energy, mut pull) = (0.0, [0.0; 4]);
@@ -169,7 +169,7 @@ impl Surface {
         (energy, imaginary_of_quotient(&pull, &own) * 16.0)
     }
 
-    /// Σ w |vᵢ−vⱼ|² over a vertex' neighbours.
+    /// Σⱼ wᵢⱼ |vᵢ−vⱼ|² over a vertex's neighbours, at rest.
     pub fn stiffness(&self, vertex: usize) -> f64 {
         let place = self.rest_m[vertex];
         let edges = self.rings.of(vertex);
@@ -179,9 +179,9 @@ impl Surface {
     }
 }
 
-/// Vertices whose share of an energy is summed up by one thread.
+/// Vertices in one part of a sum. Fixed, so that the order of additions does not depend on the number of threads.
 const PART: usize = 4096;
-/// Several threads pay from so many vertices on. Smaller meshes are better deformed several at a time.
+/// Meshes with fewer vertices are summed by one thread: several such meshes at a time keep the threads better busy.
 const PARALLEL_MIN: usize = 32_768;
 
 /// Calls `work` with each index and its entry, and sums up what it returns: part by part, then the parts in order, so

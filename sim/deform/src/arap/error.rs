@@ -1,4 +1,4 @@
-//! What a deformation refuses.
+//! Errors of a deformation.
 
 use nalgebra::Point3;
 
@@ -78,7 +78,7 @@ pub enum ArapError {
         /// How far a handle may go.
         limit_m: f64,
     },
-    /// Places of a shape do not pair up with the vertices, or are no numbers.
+    /// The positions of a shape are not one a vertex, or not all finite.
     #[error(
         "a shape of {places} places, {finite} of them finite, for {vertices} vertices; each needs one"
     )]

@@ -8,33 +8,38 @@ use super::handles::Handles;
 use super::minimise::{State, Stop, minimise};
 use super::source::{Arap, marked};
 
-/// A source with handles to move. It goes on from its last deformation.
+/// A source mesh with a set of handles to move. Each deformation starts from the one before (warm start).
 #[derive(Debug, Clone)]
 pub struct Grip<'a> {
     arap: &'a Arap,
     pub(super) handles: Handles<'a>,
     pub(super) state: State,
-    /// Handles' moves of the deformation before the last, and its rotations.
+    /// The handles' displacements and the rotations of the deformation before the last, to extrapolate from.
     before: Option<(Vec<Vector3<f64>>, Rotations)>,
 }
 
 /// A deformed mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deformed {
-    /// Places of all vertices, in the mesh's order.
+    /// Positions of all vertices, in the mesh's order.
     pub vertices_m: Vec<Point3<f64>>,
     /// Energy (Eq. 3) in square metres.
     pub energy_m2: f64,
     /// Energy at the start and after each iteration.
     pub energies_m2: Vec<f64>,
-    /// How many iterations it took.
+    /// Number of L-BFGS iterations.
     pub iterations: usize,
-    /// Why it ended.
+    /// Why the iterations ended.
     pub stop: Stop,
 }
 
 impl Arap {
-    /// Makes ready to move these vertices.
+    /// Prepares moving these vertices: solves once for the response of each and inverts their joint system.
+    ///
+    /// # Errors
+    /// [`ArapError::NoSuchVertex`], [`ArapError::Repeated`] and [`ArapError::HeldHandle`] for unfit handles,
+    /// [`ArapError::Unconstrained`] where a component has neither a handle nor a held vertex, and
+    /// [`ArapError::Singular`] where the handles leave no unique solution.
     pub fn grip(&self, handles: &[u32]) -> Result<Grip<'_>, ArapError> {
         marked(handles, self.order.len(), "a handle")?;
         let vertices: Vec<usize> = handles
@@ -85,6 +90,9 @@ impl Arap {
 
 impl Grip<'_> {
     /// Moves the handles to `targets_m`, one each, in their order. Starts from this grip's last deformation.
+    ///
+    /// # Errors
+    /// [`ArapError::TargetCount`], or [`ArapError::Target`] for one that is not finite or out of reach.
     pub fn deform(&mut self, targets_m: &[Point3<f64>]) -> Result<Deformed, ArapError> {
         let moves_m = self.moves_m(targets_m)?;
         let last = (
@@ -136,7 +144,8 @@ impl Grip<'_> {
         }
     }
 
-    /// Where the handles go on as they went last time, the rotations do so too.
+    /// Initial guess: if the handles continue in the direction of their last move, the rotations are extrapolated by the
+    /// same factor.
     fn extrapolate(&mut self, last_m: &[Vector3<f64>]) {
         let Some((before_m, before)) = &self.before else {
             return;
@@ -146,7 +155,7 @@ impl Grip<'_> {
             along += (next - last).dot(&(last - before));
             squared += (last - before).norm_squared();
         }
-        // How many of the last steps the next is; beyond two of them a straight line says little.
+        // Length of the next move in units of the last one. Linear extrapolation beyond two of them is a poor guess.
         let steps = along / squared;
         if steps.is_finite() && steps.abs() <= 2.0 {
             let last = self.state.rotations.clone();

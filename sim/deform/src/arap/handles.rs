@@ -1,4 +1,5 @@
-//! Places that hold some vertices at targets: a bordered solve on the factor that knows of no handles.
+//! Handles as Lagrange multipliers: the factor of the free system is made once for a source mesh, and a small bordered
+//! (Schur complement) system adds the constraints of each set of handles.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -7,28 +8,30 @@ use super::cholesky::Cholesky;
 use super::energy::{Rotations, Surface};
 use super::minimise::Places;
 
-/// The system of the free vertices, and where no vertex is held: each such component has one grounded vertex, and may
-/// be shifted as a whole.
+/// The factored Laplacian of the vertices that are not held. A component without a held vertex would leave it singular:
+/// one of its vertices is grounded (fixed at displacement 0), and the component may be shifted as a whole afterwards.
 #[derive(Debug, Clone)]
 pub(super) struct FreeSystem {
     pub factor: Cholesky,
     /// Whether a vertex is held or grounded.
     pub fixed: Vec<bool>,
-    /// For each vertex the number of its ungrounded component; empty where all are held.
+    /// For each vertex the number of its component if that has no held vertex; empty if all components have one.
     pub floating: Vec<Option<u32>>,
+    /// How many components have no held vertex.
     pub floating_count: usize,
 }
 
-/// A free system with some vertices moved to where they are asked to be.
+/// A free system with constraints that move some vertices, the handles, to given positions.
 #[derive(Debug, Clone)]
 pub(super) struct Handles<'a> {
     system: &'a FreeSystem,
     pub vertices: Vec<usize>,
-    /// L⁻¹ times the unit vector of each handle; few entries differ from zero.
+    /// L⁻¹·e for each handle's unit vector e, as (row, value); few entries differ from zero.
     columns: Vec<Vec<(u32, f64)>>,
-    /// Inverse of the bordered system of the handles' forces and the floating components' shifts.
+    /// Inverse of the bordered system whose unknowns are the handles' forces (the Lagrange multipliers) and the shifts of
+    /// the floating components.
     inverse: DMatrix<f64>,
-    /// Where the handles go, less where they were.
+    /// Wanted displacement of each handle from its rest position.
     pub moves_m: Vec<Vector3<f64>>,
     unknowns: Vec<Lane>,
 }
@@ -106,7 +109,7 @@ impl Places for Handles<'_> {
                 .map_or([0.0; 4], |k| forces[self.vertices.len() + k]);
             *moved = Vector3::new(lane[0] + shift[0], lane[1] + shift[1], lane[2] + shift[2]);
         }
-        // The solve brings them there within rounding.
+        // The solve brings the handles there to rounding; this makes it exact.
         for (&vertex, &wanted) in self.vertices.iter().zip(&self.moves_m) {
             moved_m[vertex] = wanted;
         }
@@ -128,7 +131,7 @@ fn columns(system: &FreeSystem, vertices: &[usize]) -> Vec<Vec<(u32, f64)>> {
     for handles in vertices.chunks(4) {
         let mut lanes: Vec<Lane> = vec![[0.0; 4]; system.fixed.len()];
         for (component, &handle) in handles.iter().enumerate() {
-            // A grounded vertex does not move but with its component.
+            // A grounded vertex moves only together with its component.
             lanes[handle][component] = if system.fixed[handle] { 0.0 } else { 1.0 };
         }
         system.factor.solve_lower(&mut lanes);

@@ -1,4 +1,5 @@
-//! L-BFGS over the rotations, with the best places for each (or fixed ones).
+//! Preconditioned L-BFGS over the rotations (Nocedal and Wright, Numerical Optimization, Sec. 7.2). The vertex positions
+//! are not unknowns: for given rotations they follow from ARAP's global step, a linear solve, or stay fixed.
 
 use std::collections::VecDeque;
 
@@ -8,9 +9,9 @@ use super::block::Lane;
 use super::cholesky::Cholesky;
 use super::energy::{Rotations, Surface};
 
-/// Where the vertices go when the rotations are given.
+/// ARAP's global step: vertex positions for given rotations.
 pub(super) trait Places {
-    /// Sets the displacements to the best ones for these rotations, or leaves them.
+    /// Sets the displacements to the ones of least energy for these rotations, or to fixed ones.
     fn settle(&mut self, surface: &Surface, rotations: &Rotations, moved_m: &mut [Vector3<f64>]);
 }
 
@@ -19,9 +20,9 @@ pub(super) trait Places {
 pub enum Stop {
     /// The energy changed by less than the settings' share in one iteration.
     EnergySettled,
-    /// No step lowers the energy any more: it is least to rounding.
+    /// The line search found no lower energy: it is at its minimum to rounding.
     NoDescent,
-    /// The iterations ran out first; the energy may still be above the least.
+    /// The limit of iterations was reached first; the energy may still be above its minimum.
     IterationLimit,
 }
 
@@ -32,7 +33,7 @@ pub(super) struct Limits {
     pub iterations_max: usize,
 }
 
-/// Rotations, displacements, energy and its slope, which belong together.
+/// An iterate: rotations with the displacements, energy and gradient that follow from them.
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub rotations: Rotations,
@@ -42,7 +43,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// The source mesh, before anything was asked.
+    /// The undeformed source mesh.
     pub fn rest(count: usize) -> Self {
         Self {
             rotations: Rotations::identity(count),
@@ -52,7 +53,7 @@ impl State {
         }
     }
 
-    /// Displacements, energy and slope for the present rotations.
+    /// Computes displacements, energy and gradient for the present rotations.
     fn evaluate(&mut self, surface: &Surface, places: &mut impl Places) {
         places.settle(surface, &self.rotations, &mut self.moved_m);
         self.energy_m2 = surface.energy(&self.rotations, &self.moved_m, &mut self.gradient);
@@ -67,11 +68,11 @@ pub(super) struct Outcome {
     pub energies_m2: Vec<f64>,
 }
 
-/// Pairs of steps and changes of slope that are remembered.
+/// Pairs of step s and gradient change y that L-BFGS keeps (m of Nocedal and Wright, who suggest 3 to 20).
 const MEMORY: usize = 5;
-/// A step must gain this share of what the slope promises.
+/// c₁ of the Armijo condition: a step must gain this share of what the gradient promises (Nocedal and Wright, Eq. 3.4).
 const SUFFICIENT: f64 = 1e-4;
-/// Times a step is shortened before it is given up.
+/// Backtracking: how often the line search shortens a step before it gives up.
 const SHORTENINGS: usize = 12;
 
 /// Lowers the energy from the state's rotations until it settles. It never rises from one iteration to the next.
@@ -112,7 +113,8 @@ pub(super) fn minimise(
     Outcome { stop, energies_m2 }
 }
 
-/// Sets `next` to the state after the step, which is shortened until it lowers the energy enough; false if none does.
+/// Backtracking line search: shortens `step` until it fulfils the Armijo condition and sets `next` to the state after it.
+/// Returns false if no length does, or if `step` does not descend.
 fn search(
     surface: &Surface,
     places: &mut impl Places,
@@ -133,13 +135,14 @@ fn search(
             step.iter_mut().for_each(|turn| *turn *= length);
             return true;
         }
-        // The lowest point of the parabola through what is known, within bounds.
+        // Minimum of the parabola through both energies and the slope, within bounds.
         let lowest = -slope * length * length / (2.0 * (rise - slope * length));
         length = lowest.max(0.1 * length).min(0.5 * length);
     }
     false
 }
 
+/// The last steps and gradient changes, from which L-BFGS approximates the inverse Hessian.
 #[derive(Default)]
 struct Memory {
     pairs: VecDeque<Pair>,
@@ -148,14 +151,17 @@ struct Memory {
 
 #[derive(Default)]
 struct Pair {
+    /// s: the rotations' change in one iteration.
     step: Vec<Vector3<f64>>,
+    /// y: the gradient's change in it.
     change: Vec<Vector3<f64>>,
-    /// Step times change.
+    /// s·y, positive.
     curvature: f64,
 }
 
 impl Memory {
-    /// Sets `step` to what would lead to the least energy if it were as curved as remembered.
+    /// L-BFGS two-loop recursion (Nocedal and Wright, Algorithm 7.4): `step` becomes the quasi-Newton direction −H·gradient.
+    /// The initial inverse Hessian is the preconditioner's.
     fn step(
         &mut self,
         gradient: &[Vector3<f64>],
@@ -188,6 +194,7 @@ impl Memory {
         }
     }
 
+    /// Adds an iteration's step and gradient change, in place of the oldest pair if the memory is full.
     fn learn(&mut self, step: &[Vector3<f64>], before: &[Vector3<f64>], after: &[Vector3<f64>]) {
         let oldest = if self.pairs.len() < MEMORY {
             None
@@ -205,7 +212,7 @@ impl Memory {
                 .map(|(after, before)| after - before),
         );
         pair.curvature = dot(step, &pair.change);
-        // Only what curves upward says where the least energy is.
+        // Curvature condition s·y > 0: it keeps the approximate Hessian positive definite.
         let least = 1e-10 * (dot(&pair.change, &pair.change) * dot(step, step)).sqrt();
         if pair.curvature > least {
             self.pairs.push_back(pair);

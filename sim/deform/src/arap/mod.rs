@@ -1,16 +1,16 @@
 //! As-rigid-as-possible deformation with smooth rotations (paper Eq. 1 to 3).
 //!
 //! With w the mean cotangent of the angles opposite to an edge and S the source's surface area, a deformation has the
-//! places v' and rotations R that make least
+//! vertex positions v' and rotations R that minimise
 //!
 //! E = Σᵢ Σⱼ wᵢⱼ |(v'ᵢ−v'ⱼ) − Rᵢ(vᵢ−vⱼ)|² + α·S·Σᵢ Σⱼ |Rᵢ−Rⱼ|²,
 //!
 //! j running over i's neighbours, with some vertices held where they are and some handles moved to targets. Both terms
 //! grow with the square of length, so that units do not matter.
 //!
-//! For given rotations the best places solve a sparse linear system, the same for all deformations of a source. What is
-//! left is a function of the rotations alone, close to a quadratic one. It is minimised by L-BFGS, preconditioned by
-//! what the smoothing term alone would ask.
+//! For given rotations the best positions solve a sparse linear system (ARAP's global step), whose matrix is the same for
+//! all deformations of a source. This leaves a function of the rotations alone, which is close to quadratic. L-BFGS
+//! minimises it, preconditioned by the Hessian of the smoothing term.
 
 mod block;
 mod cholesky;

@@ -1,4 +1,4 @@
-//! What is done once for a source mesh.
+//! What is computed once for a source mesh: its weights and the factors of its linear systems.
 
 use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
@@ -15,11 +15,11 @@ use crate::one_ring::OneRings;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ArapSettings {
-    /// α of Eq. 3: how much neighbours' rotations resist to differ.
+    /// α of Eq. 3: weight of the differences between neighbours' rotations; at least 0.
     pub smoothness: f64,
-    /// A deformation ends when an iteration lowers its energy by less than this share of it.
+    /// A deformation ends when an iteration lowers its energy by less than this share of it; at least 0.
     pub energy_change_min: f64,
-    /// A deformation ends after so many iterations at the latest.
+    /// A deformation ends after this many iterations at the latest.
     pub iterations_max: usize,
 }
 
@@ -36,28 +36,35 @@ impl Default for ArapSettings {
 /// A source mesh, ready to be deformed again and again.
 #[derive(Debug, Clone)]
 pub struct Arap {
-    /// Vertices in the order of the factors.
+    /// Its vertices are renumbered in the order of the factors (`order`).
     pub(super) surface: Surface,
     pub(super) system: FreeSystem,
-    /// Solves for the rotations if only smoothness and the mean stiffness mattered.
+    /// Factor of an approximate Hessian with respect to the rotations: smoothing term plus mean stiffness.
     pub(super) preconditioner: Cholesky,
     pub(super) limits: Limits,
     pub(super) held: Vec<bool>,
-    /// The mesh's index of each of our vertices, and the other way round.
+    /// The mesh's index of each renumbered vertex.
     pub(super) order: Vec<usize>,
+    /// The inverse of `order`: the new number of each of the mesh's vertices.
     pub(super) places: Vec<usize>,
+    /// Connected component of each renumbered vertex.
     pub(super) components: Vec<u32>,
-    /// Farthest that a handle may go, in metres: many times the mesh's size, lest squares overflow.
+    /// Farthest that a handle may be moved, in metres: many times the mesh's size, so that no square overflows.
     pub(super) reach_m: f64,
 }
 
-/// Share of the stiffness that is left where places give way to rotations.
+/// Share of the fixed-position Hessian's stiffness that the preconditioner keeps: the positions follow the rotations and so
+/// lower the true one.
 const GIVING_WAY: f64 = 0.5;
-/// A handle may go this many times the mesh's diagonal.
+/// A handle may be moved by this many times the mesh's diagonal.
 const REACH_MAX: f64 = 1e6;
 
 impl Arap {
-    /// Checks the mesh, weighs its edges and factors the system of the vertices that are not `held`.
+    /// Checks the mesh, computes cotangent weights and factors the system of the vertices that are not `held`.
+    ///
+    /// # Errors
+    /// [`ArapError::Setting`], [`ArapError::Mesh`], [`ArapError::NoSuchVertex`] or [`ArapError::Repeated`] for unfit
+    /// arguments; [`ArapError::Singular`] where a factor does not exist.
     pub fn new(mesh: &Mesh, held: &[u32], settings: ArapSettings) -> Result<Self, ArapError> {
         check(&settings)?;
         let rings = OneRings::new(mesh)?;
@@ -96,7 +103,10 @@ impl Arap {
         })
     }
 
-    /// The least energy, in square metres, that the vertices at these places can have, over all rotations.
+    /// Energy of Eq. 3 in m², minimised over the rotations, for given vertex positions.
+    ///
+    /// # Errors
+    /// [`ArapError::Shape`] unless there is one finite position for each vertex.
     pub fn energy_m2(&self, places_m: &[Point3<f64>]) -> Result<f64, ArapError> {
         let finite = places_m
             .iter()
@@ -128,7 +138,7 @@ impl Arap {
     }
 }
 
-/// Displacements that stay as they are.
+/// Fixed displacements: no global step.
 struct Given(Vec<Vector3<f64>>);
 
 impl Places for Given {
@@ -155,7 +165,7 @@ fn check(settings: &ArapSettings) -> Result<(), ArapError> {
     Ok(())
 }
 
-/// Which vertices are named.
+/// For each of `count` vertices, whether `vertices` names it. Errors name vertices that are out of range or named twice.
 pub(super) fn marked(
     vertices: &[u32],
     count: usize,
@@ -195,7 +205,7 @@ fn free_system(
     let mut floating_count = 0;
     for (vertex, &component) in components.iter().enumerate() {
         numbers[component as usize].get_or_insert_with(|| {
-            // The first vertex met of a component without held ones.
+            // Ground the first vertex of a component that has no held one.
             fixed[vertex] = true;
             floating_count += 1;
             floating_count - 1
@@ -227,7 +237,8 @@ fn preconditioner(surface: &Surface) -> Result<Cholesky, ArapError> {
         .map(|vertex| surface.stiffness(vertex))
         .collect();
     let least = 1e-6 * stiffness.iter().sum::<f64>() / stiffness.len() as f64;
-    // Second derivatives of |Rᵢ−Rⱼ|², counted twice for each pair, and of the stretch, by turns of the rotations.
+    // Second derivatives with respect to small rotations: 8·α·S for |Rᵢ−Rⱼ|², which Eq. 3 counts twice for each pair, and
+    // on average over directions 4/3 of the stiffness for the first term.
     let tie = 8.0 * surface.smoothing_m2;
     let diagonal = |vertex: usize| {
         let own = GIVING_WAY * 4.0 / 3.0 * stiffness[vertex].max(least);

@@ -1,4 +1,4 @@
-//! The inner wall of a vessel, carried by its outer one.
+//! The inner wall of a vessel, which follows its outer wall.
 
 use cloud::Tree;
 use mesh::{Mesh, triangle};
@@ -14,22 +14,22 @@ const BACK_TO_BACK_MAX: f64 = -0.7;
 
 /// Which vertices are the inner side of a thin wall, and where on the outer side each is.
 ///
-/// Deformed by itself, an inner wall a millimetre behind the outer one goes through it at the rim of a dent. It is laid
-/// behind it instead: each vertex keeps its distance from the deformed outer wall.
+/// If ARAP deformed both walls, an inner wall a millimetre behind the outer one would pass through it at the rim of a
+/// dent. Instead each vertex of the inner wall keeps its distance from the deformed outer wall.
 pub(crate) struct Lining {
     triangles: Vec<[u32; 3]>,
     rides: Vec<Ride>,
 }
 
-/// A vertex that goes where a point of a triangle goes.
+/// A vertex of the inner wall, bound to a point of a triangle of the outer wall.
 struct Ride {
     vertex: u32,
     triangle: [u32; 3],
-    /// Of the point of the triangle that is nearest to the vertex at rest.
+    /// Barycentric coordinates of the triangle's point nearest to the vertex at rest.
     weights: [f64; 3],
     /// From that point to the vertex, along the weighted normal of the corners.
     behind_m: f64,
-    /// What is left of the way to the vertex, in the triangle's frame.
+    /// Remaining offset from there to the vertex, in the triangle's frame.
     aside_m: Vector3<f64>,
 }
 
@@ -70,7 +70,7 @@ impl Lining {
         }
     }
 
-    /// Lays the inner wall behind the outer one, wherever that has gone.
+    /// Moves the inner wall's vertices behind the deformed outer wall.
     pub fn lay(&self, vertices_m: &mut [Point3<f64>]) {
         if self.rides.is_empty() {
             return;
@@ -146,8 +146,8 @@ fn outwardness(grasps: &Grasps, vertex: u32) -> f64 {
     grasps.surface.normals[vertex as usize].dot(&(from_centre - along))
 }
 
-/// Barycentric weights of a triangle's point near to another point: its foot on the plane, drawn to the triangle by cutting
-/// off negative weights.
+/// Barycentric coordinates of a triangle's point near to another point: its foot on the triangle's plane, with negative
+/// coordinates set to 0 and the rest rescaled.
 fn nearest_weights([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> [f64; 3] {
     let across = triangle::area_normal([*a, *b, *c]);
     let area_sq = across.norm_squared();

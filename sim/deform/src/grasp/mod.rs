@@ -27,13 +27,13 @@ pub(crate) use lining::Lining;
 use pad::{Pad, Press};
 use surface::Surface;
 
-/// Largest angle between a handle's normal and the line from the other handle.
+/// Largest angle between a handle's normal and the line from the other handle. Our choice: at more a finger slips.
 const FACING_MAX_DEG: f64 = 60.0;
-/// Share of the free width that each finger may use, at most: together they leave a tenth.
+/// Largest share of the free width that each finger may press: both together leave a tenth of it.
 const INTENSITY_SHARE: f64 = 1.0 / 2.2;
 
-/// Share of the unevenness under a pad that the pad evens out: it is of rubber. All of it would lay the triangles under
-/// the pad into one plane, where rounding alone decides whether they intersect.
+/// Share of the unevenness under a pad that the pad, being of rubber, flattens. At 1 the triangles under the pad would lie
+/// in one plane, where rounding alone decides whether they intersect.
 const PAD_FLATNESS: f64 = 0.8;
 
 /// All places where an object can be grasped.
@@ -41,14 +41,14 @@ pub struct Grasps {
     surface: Surface,
     settings: GraspSettings,
     axis: Unit<Vector3<f64>>,
-    /// Of the surface's area.
+    /// Centroid of the surface's area.
     centre: Point3<f64>,
     /// Height of each vertex along the axis, from the middle of the object.
     heights_m: Vec<f64>,
     /// Largest height at which a finger may press.
     height_max_m: f64,
     held: Vec<u32>,
-    /// Ascending.
+    /// Vertices at which a finger may press, ascending.
     region: Vec<u32>,
     /// The region's vertices by height.
     by_height: Vec<u32>,
@@ -135,7 +135,7 @@ impl Grasps {
         order
     }
 
-    /// How many handles stand for all: `sampling_ratio` of the region, at least one.
+    /// Number of handles to sample by default: `sampling_ratio` of the region's vertices, at least one.
     pub fn default_count(&self) -> usize {
         let share = self.settings.sampling_ratio * self.region.len() as f64;
         (share.round() as usize).max(1)
@@ -144,7 +144,7 @@ impl Grasps {
     /// The grasp whose first handle is the vertex `handle`.
     ///
     /// # Errors
-    /// Why a gripper cannot press there.
+    /// [`GraspRefused`]: why a gripper cannot press there.
     pub fn grasp(&self, handle: u32) -> Result<Grasp, GraspRefused> {
         if self.region.binary_search(&handle).is_err() {
             return Err(GraspRefused::OutsideRegion { handle });
@@ -249,8 +249,8 @@ impl Grasp {
         self.patches.concat()
     }
 
-    /// Where [`Grasp::pressed`] vertices are when each finger has pressed by `intensity_m` (Eq. 4). The handle moves that
-    /// far; the pad, nearly flat, reaches the vertices around later.
+    /// Target positions of the [`Grasp::pressed`] vertices when each finger has pressed by `intensity_m` (Eq. 4). The
+    /// handle moves that far; the vertices around it move less, by the gap that the pad, nearly flat, first has to close.
     pub fn targets_m(&self, vertices_m: &[Point3<f64>], intensity_m: f64) -> Vec<Point3<f64>> {
         let pads = self.patches.iter().zip(&self.gaps_m).zip(&self.directions);
         pads.flat_map(|((patch, gaps_m), direction)| {

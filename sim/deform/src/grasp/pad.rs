@@ -1,4 +1,4 @@
-//! What gives way under one finger pad.
+//! The vertices that one finger pad moves.
 
 use nalgebra::{Unit, Vector3};
 
@@ -8,9 +8,9 @@ use super::surface::Surface;
 pub(super) struct Pad {
     /// The handle first.
     pub vertices: Vec<u32>,
-    /// One a vertex, at least 0.
+    /// Distance of each vertex from the pad when it touches the handle, m; at least 0.
     pub gaps_m: Vec<f64>,
-    /// From the outer wall to the last one that moves along; 0 for a single wall.
+    /// From the outer wall to the innermost wall that moves along, m; 0 for a single wall.
     pub thickness_m: f64,
 }
 

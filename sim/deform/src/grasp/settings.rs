@@ -1,4 +1,4 @@
-//! What a gripper can take, and where.
+//! Settings of the gripper and of the region in which it may grasp.
 
 use nalgebra::{Unit, Vector3};
 use serde::{Deserialize, Serialize};
@@ -43,7 +43,7 @@ impl Default for GraspSettings {
 }
 
 impl GraspSettings {
-    /// Refuses what cannot be meant.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
     /// [`GraspError::Setting`] names the first value out of range.

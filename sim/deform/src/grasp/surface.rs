@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::GraspError;
 
-/// A mesh's surface as a finger feels it.
+/// A mesh's vertices with their normals and one-rings.
 pub(super) struct Surface {
     pub vertices_m: Vec<Point3<f64>>,
     /// Unit vectors, the mean of the triangles around weighted by their angles; zero where there is no triangle.

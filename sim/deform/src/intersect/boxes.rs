@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 /// Triangles in a leaf, at most.
 const LEAF_MAX: usize = 4;
 
-/// Which triangles are together; the boxes themselves follow from the vertices.
+/// The tree's topology: which triangles share a leaf. The boxes themselves are computed anew for each set of vertices.
 pub(super) struct BoxTree {
     /// Parents before children; the root first.
     nodes: Vec<Node>,
@@ -25,7 +25,7 @@ struct Aabb {
 }
 
 impl BoxTree {
-    /// Splits the triangles at the median along the longest side of their centres' box, again and again.
+    /// Builds the tree top-down: splits the triangles at the median along the longest side of their centroids' box.
     pub fn new(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let centre = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|index| vertices_m[index as usize].coords);
@@ -165,7 +165,7 @@ impl Aabb {
         points.fold(Self::EMPTY, |all, point| all.with(&Self::of_point(&point)))
     }
 
-    /// Rounded outward.
+    /// The box of one point, rounded outward from f64 to f32.
     fn of_point(point: &Point3<f64>) -> Self {
         let near = [0, 1, 2].map(|k| point[k] as f32);
         let by_axis = |round: &dyn Fn(f32, f64) -> f32| [0, 1, 2].map(|k| round(near[k], point[k]));
@@ -194,7 +194,7 @@ impl Aabb {
         }
     }
 
-    /// Without branches: most pairs that are asked about do touch.
+    /// Whether the boxes touch or overlap. Without branches, since most pairs tested do touch.
     fn touches(&self, other: &Self) -> bool {
         let along = |k: usize| (self.min[k] <= other.max[k]) & (other.min[k] <= self.max[k]);
         along(0) & along(1) & along(2)

@@ -28,10 +28,10 @@ impl Fans {
         }
     }
 
-    /// For each vertex, whether its triangles surely do not pass through each other: seen along the vertex's normal they
-    /// all show their front and go round once, so that each has a sector of its own.
+    /// For each vertex, whether its triangles certainly do not intersect each other: projected along the vertex's normal
+    /// they all face forward and go round once, so that each has a sector of its own.
     ///
-    /// `normals`: of the triangles, as long as twice their areas.
+    /// `normals`: area normals of the triangles (length: twice the area).
     pub fn are_plain(&self, vertices_m: &[Point3<f64>], normals: &[Vector3<f64>]) -> Vec<bool> {
         (0..vertices_m.len())
             .map(|vertex| self.is_plain(vertex, vertices_m, normals))

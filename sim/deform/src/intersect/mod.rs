@@ -1,4 +1,5 @@
-//! Self-intersections of a mesh: which pairs of triangles pass through each other.
+//! Self-intersections of a mesh: which pairs of triangles pass through each other. A bounding volume hierarchy finds the
+//! candidate pairs, exact predicates decide.
 
 mod boxes;
 mod fans;
@@ -48,7 +49,7 @@ impl SelfIntersections {
         &self.known
     }
 
-    /// Pairs that intersect with the vertices there but did not in the source, each once, sorted.
+    /// Pairs of triangles that intersect with the vertices at `vertices_m` but did not in the source, each once, sorted.
     ///
     /// `vertices_m`: as many as the source has, finite, in the source's unit.
     pub fn new_pairs(&self, vertices_m: &[Point3<f64>]) -> Vec<[u32; 2]> {

@@ -13,7 +13,8 @@ pub(super) struct Triangles<'a> {
     normals: Vec<Vector3<f64>>,
     /// Vertices whose triangles are known not to intersect each other; none where nothing is known.
     plain: Vec<bool>,
-    /// A length along a unit vector, and a volume (of the box that three edges span): below these a sign may be wrong.
+    /// Bounds of the rounding error of a length along a unit vector, and of the volume that three edges span (a triple
+    /// product). The sign of a smaller result may be wrong and is decided exactly.
     doubt_m: f64,
     doubt_m3: f64,
 }
@@ -33,13 +34,13 @@ impl<'a> Triangles<'a> {
             triangles,
             normals,
             plain: Vec::new(),
-            // Nearly a hundred times the rounding of one such length and of a product of three.
+            // 1e-14 is 45 units of rounding of f64 (2.2e-16): more than the few operations of either can accumulate.
             doubt_m: 1e-14 * longest_sq.sqrt(),
             doubt_m3: 1e-14 * longest_sq * longest_sq.sqrt(),
         }
     }
 
-    /// Saves looking at most pairs that share a vertex: nearly all pairs whose boxes touch are such.
+    /// Lets [`Self::intersect`] skip most pairs that share a vertex; nearly all pairs whose boxes touch share one.
     pub fn skip_plain_fans(&mut self, fans: &Fans) {
         self.plain = fans.are_plain(self.vertices_m, &self.normals);
     }
@@ -101,8 +102,8 @@ impl<'a> Triangles<'a> {
         crosses(&second, sides, &first) || crosses(&first, sides_of_first, &second)
     }
 
-    /// Whether the plane half-way between the directions in which two triangles lie from their first corner, which they
-    /// share, clearly parts them. True of most that are not neighbours over an edge; cheap, and leaves little to the rest.
+    /// Quick rejection for triangles that share their first corner: whether the plane through it, halfway between the two
+    /// triangles' directions, clearly separates them. True for most pairs without a common edge.
     fn lie_apart(&self, corners: &[[u32; 3]; 2]) -> bool {
         let [first, second] = corners.map(|corners| {
             let [apex, b, c] = self.places(&corners);
@@ -122,7 +123,7 @@ impl<'a> Triangles<'a> {
             && overlap_in_plane(&self.places(&turned), &self.places(&corners))
     }
 
-    /// Positive, negative or zero: where a vertex lies of a triangle's plane.
+    /// On which side of a triangle's plane a vertex lies: positive, negative, or zero for on it. The sign is exact.
     fn side(&self, triangle: u32, vertex: u32) -> f64 {
         let corners = self.triangles[triangle as usize];
         let from = self.vertices_m[corners[0] as usize];
@@ -195,7 +196,7 @@ fn segment_hits(start: &Point3<f64>, end: &Point3<f64>, triangle: &Triangle) -> 
     turns.iter().all(|&turn| turn >= 0.0) || turns.iter().all(|&turn| turn <= 0.0)
 }
 
-/// Sign of the volume of a tetrahedron, exactly.
+/// Volume of a tetrahedron with an exact sign (Shewchuk's adaptive orient3d).
 fn turn(a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D {
         x: p.x,

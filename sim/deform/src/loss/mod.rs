@@ -29,9 +29,9 @@ pub struct Loss {
     pub total: f64,
 }
 
-/// What the losses of all deformations of one source have in common.
+/// Computes the loss of deformations of one source mesh.
 ///
-/// Eq. 5's sums over vertices and their neighbours meet every edge from both its ends; here each edge counts once.
+/// The sums of Eq. 5 over vertices and their neighbours visit every edge from both its ends; here each edge counts once.
 pub struct LossOfSource {
     weights: LossWeights,
     source: Vec<Point3<f32>>,
@@ -56,7 +56,7 @@ impl LossOfSource {
         }
     }
 
-    /// The loss of the source with its vertices moved to `vertices_m`: as many, finite.
+    /// The loss of the source with its vertices moved to `vertices_m`: as many as the source has, finite.
     pub fn of(&self, vertices_m: &[Point3<f32>]) -> Loss {
         let deformed_mm: Vec<Point3<f64>> = vertices_m
             .iter()

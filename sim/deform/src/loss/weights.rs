@@ -2,19 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How much each term of Eq. 5 counts, and the wanted length of edges.
+/// Weights of the terms of Eq. 5, each at least 0, and the target length of edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LossWeights {
-    /// w_dist, of the Chamfer distance.
+    /// w_dist: weight of the Chamfer distance.
     pub distance: f64,
-    /// w_edge, of the edges' lengths.
+    /// w_edge: weight of the edges' lengths.
     pub edge: f64,
-    /// w_normal, of the bends between triangles.
+    /// w_normal: weight of the bends between adjacent triangles.
     pub normal: f64,
-    /// w_smooth, of the Laplacian.
+    /// w_smooth: weight of the Laplacian.
     pub smooth: f64,
-    /// L_target: 0 penalizes every edge by its square.
+    /// L_target: wanted length of edges, m. At 0 every edge costs its squared length.
     pub edge_target_m: f64,
 }
 
@@ -30,13 +30,13 @@ impl Default for LossWeights {
     }
 }
 
-/// A weight that cannot be meant.
+/// A weight out of range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{name} of the loss is {value}: expected a number of at least 0")]
 pub struct LossWeightError {
     /// Name of the setting.
     pub name: &'static str,
-    /// What it was.
+    /// Its value.
     pub value: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Triangles that are none, or that are there twice.
+//! Degenerate and duplicate triangles.
 
 use std::collections::HashSet;
 
@@ -8,11 +8,11 @@ use petgraph::unionfind::UnionFind;
 use super::Mended;
 use crate::check::is_flat;
 
-/// An edge so short, as a share of its triangle's longest, makes the triangle a needle.
+/// A degenerate triangle with an edge shorter than this share of its longest is a needle, otherwise a cap.
 const NEEDLE: f64 = 1e-3;
 
-/// Triangles with no area: a needle's two near ends become one vertex, and of a cap, whose one corner lies on the
-/// opposite edge, that edge is turned to the corner. What helps neither is left out.
+/// Mends degenerate triangles: collapses the short edge of a needle, and flips the longest edge of a cap (whose third
+/// corner lies on that edge). Triangles that neither helps are removed.
 pub(super) fn mend_flat(mesh: &mut Mesh, mended: &mut Mended) {
     drop_repeated(mesh, mended);
     let mut joined: UnionFind<u32> = UnionFind::new(mesh.vertices.len());
@@ -76,7 +76,7 @@ fn turn_edges(mesh: &mut Mesh, caps: &[(usize, (u32, u32))], mended: &mut Mended
         };
         if touched.contains(&cap) || neighbour.is_some_and(|neighbour| touched.contains(&neighbour))
         {
-            // The next round sees what became of it.
+            // An earlier flip changed one of the two; the next round tests them again.
             continue;
         }
         let turned = neighbour.and_then(|neighbour| {

@@ -1,4 +1,4 @@
-//! Mends what makes deformation fail: a mesh becomes one that keeps to the laws of [`check`](crate::check::check).
+//! Mesh repair: makes a mesh meet the conditions of [`check`](crate::check::check).
 
 mod faces;
 mod topology;
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::check;
 
-/// What was mended, by kind.
+/// Number of repairs, by kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Mended {
     /// Vertices at the very place of another, joined to it.
@@ -21,21 +21,21 @@ pub struct Mended {
     pub duplicate: usize,
     /// Edges with more than two triangles, or on which the sides of a one-sided surface met, cut open.
     pub edges_cut: usize,
-    /// Triangles left out because an edge had too many even so.
+    /// Triangles removed because an edge still had more than two.
     pub overfull: usize,
-    /// Vertices at which several fans met, given one copy a fan.
+    /// Vertices at which several fans met, duplicated once for each further fan.
     pub vertices_split: usize,
-    /// Triangles turned over.
+    /// Triangles whose orientation was reversed.
     pub turned: usize,
-    /// Components left out, all but the largest.
+    /// Connected components removed: all but the largest.
     pub components_dropped: usize,
-    /// Triangles of these.
+    /// Triangles of the removed components.
     pub component_triangles: usize,
-    /// Vertices that no triangle used.
+    /// Vertices removed because no triangle used them.
     pub unused: usize,
 }
 
-/// Rounds of mending; each can uncover what the one before hid.
+/// Rounds of repair at most: each can uncover faults that others hid before.
 const ROUNDS_MAX: usize = 8;
 
 /// Mends a mesh whose triangles name existing, finite vertices.
@@ -72,7 +72,7 @@ fn join_vertices(mesh: &mut Mesh, mended: &mut Mended) {
         *corner = first_of[*corner as usize];
     }
     if mended.vertices_joined > 0 {
-        // They were counted already.
+        // Joined vertices are counted above; do not count them as unused, too.
         drop_unused(mesh, &mut Mended::default());
     }
 }

@@ -1,4 +1,4 @@
-//! How triangles hang together: sides, edges, fans.
+//! Repairs of connectivity: orientation, edges with more than two triangles, vertices with several fans.
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use petgraph::unionfind::UnionFind;
 
 use super::Mended;
 
-/// Two triangles joined at an edge; `same_way` says that both run along it in the same direction, so one is inside out.
+/// Two triangles joined at an edge. `same_way`: both run along it in the same direction, so their orientations disagree.
 #[derive(Clone, Copy)]
 struct Link {
     triangles: [u32; 2],
@@ -15,16 +15,16 @@ struct Link {
     same_way: bool,
 }
 
-/// Makes all triangles look to one side, cuts edges with too many of them, and splits vertices with several fans.
+/// Orients all triangles alike, cuts edges with more than two of them, and splits vertices with several fans.
 pub(super) fn mend(mesh: &mut Mesh, mended: &mut Mended) {
     let links = links(mesh, mended);
-    let links = turn(mesh, links, mended);
+    let links = orient(mesh, links, mended);
     split_fans(mesh, &links, mended);
     drop_overfull(mesh, mended);
 }
 
-/// Joins the triangles at each edge in pairs. Of more than two those are paired that go on most smoothly; the rest
-/// stays open there.
+/// Joins the triangles at each edge in pairs. If there are more than two, the smoothest pairs are joined first, and a
+/// triangle left over stays open there.
 fn links(mesh: &Mesh, mended: &mut Mended) -> Vec<Link> {
     let edges = mesh.half_edges();
     let mut links = Vec::with_capacity(3 * mesh.triangles.len() / 2);
@@ -56,8 +56,8 @@ fn links(mesh: &Mesh, mended: &mut Mended) -> Vec<Link> {
     links
 }
 
-/// The two of an edge's triangles, first index smaller, whose normals differ least if they run along it in opposite
-/// directions; of only two, both, whatever their directions.
+/// The two of an edge's triangles, first index smaller, whose normals differ least among those that run along it in
+/// opposite directions. If there are only two, both of them, whatever their directions.
 fn smoothest(mesh: &Mesh, here: &[(u32, bool)]) -> Option<[usize; 2]> {
     if here.len() == 2 {
         return Some([0, 1]);
@@ -72,9 +72,9 @@ fn smoothest(mesh: &Mesh, here: &[(u32, bool)]) -> Option<[usize; 2]> {
     })
 }
 
-/// Turns triangles over so that linked ones agree, in each part the fewer. Where a surface has but one side, links on
-/// which the two sides meet are given up. Returns the links that stay.
-fn turn(mesh: &mut Mesh, links: Vec<Link>, mended: &mut Mended) -> Vec<Link> {
+/// Reverses triangles so that linked ones have the same orientation; in each component the minority is reversed. A
+/// surface that cannot be oriented, like a Möbius strip, is cut where the orientations meet. Returns the links that stay.
+fn orient(mesh: &mut Mesh, links: Vec<Link>, mended: &mut Mended) -> Vec<Link> {
     let mut at_triangle: Vec<Vec<u32>> = vec![Vec::new(); mesh.triangles.len()];
     for (index, link) in links.iter().enumerate() {
         for triangle in link.triangles {
@@ -125,7 +125,7 @@ fn turn(mesh: &mut Mesh, links: Vec<Link>, mended: &mut Mended) -> Vec<Link> {
     kept
 }
 
-/// Gives each fan of linked triangles at a vertex a vertex of its own; the first keeps the old one.
+/// Splits vertices: each fan of linked triangles gets a vertex of its own, and the first fan keeps the old one.
 fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
     // Corner 3 t + k is the k-th of triangle t. Corners at the same vertex in linked triangles are one.
     let mut corners: UnionFind<u32> = UnionFind::new(3 * mesh.triangles.len());
@@ -165,7 +165,7 @@ fn split_fans(mesh: &mut Mesh, links: &[Link], mended: &mut Mended) {
     }
 }
 
-/// Leaves out triangles that run along an edge as an earlier one does.
+/// Removes triangles that run along an edge in the same direction as an earlier one.
 fn drop_overfull(mesh: &mut Mesh, mended: &mut Mended) {
     let edges = mesh.half_edges();
     let is_first = |(triangle, corners): (u32, &[u32; 3])| {
@@ -181,7 +181,7 @@ fn drop_overfull(mesh: &mut Mesh, mended: &mut Mended) {
     mended.overfull += before - mesh.triangles.len();
 }
 
-/// Turns the whole mesh over if it is inside out: if the outermost triangles, as most of them see it, look inward.
+/// Reverses the whole mesh if it is inside out: if most of the outermost triangles face inward.
 pub(super) fn turn_outward(mesh: &mut Mesh, mended: &mut Mended) {
     let (min, max) = mesh.bounds();
     let centre = nalgebra::center(&min, &max).cast::<f64>();

@@ -1,21 +1,26 @@
-//! From one level to the next finer one.
+//! Coarse to fine: each level starts from the solution of the one before.
 
 use nalgebra::{Point3, Vector3};
 
+use super::Sample;
 use super::lattice;
 use super::level::Level;
 use super::solve::{Pin, solve};
-use super::{DEPTH_FULL, OUTSIDE, Sample};
 
-/// Shrinkage of the residual, relative to the right side, at which a level is solved.
+/// Deepest level that covers the whole cube; deeper ones cover the neighbourhood of the surface only.
+pub(super) const DEPTH_FULL: u32 = 5;
+/// Value of f far outside.
+const OUTSIDE: f64 = 0.5;
+/// A level is solved when the residual's norm is this share of the right-hand side's.
 const TOLERANCE: f64 = 1e-3;
 const STEPS_MAX: usize = 100;
 
-/// The finest level so far, and V on it.
+/// The finest level so far, and the vector field V on it.
 pub(super) struct Cascade<'a> {
     samples: &'a [Sample],
     screening: f64,
-    /// Depth at which V is spread: deeper levels take it from there, since between samples they would see none.
+    /// Deepest level at which V is splatted from the samples. Finer levels interpolate it from there, since their cells
+    /// between samples would get none.
     spread_depth: u32,
     pub level: Level,
     field: Vec<Vector3<f64>>,
@@ -36,7 +41,7 @@ impl<'a> Cascade<'a> {
         cascade
     }
 
-    /// Goes one depth deeper; `is_near` says whether the surface is to be followed at a point.
+    /// Refines by one depth. `is_near` tells whether the surface is to be refined at a point.
     pub fn refine(&mut self, is_near: impl Fn(&Point3<f64>) -> bool) {
         let depth = self.level.depth + 1;
         let cells = if depth <= DEPTH_FULL {
@@ -108,7 +113,8 @@ pub(super) fn all_cells(depth: u32) -> Vec<u64> {
     cells
 }
 
-/// V at each place: the samples' normals, each spread over a hat with the sample's area as its integral.
+/// Splats the samples' normals onto the lattice: V is a sum of trilinear hat functions, each with the sample's area as its
+/// integral.
 fn spread(samples: &[Sample], level: &Level) -> Vec<Vector3<f64>> {
     let mut field = vec![Vector3::zeros(); level.values.len()];
     let per_volume = level.cell().powi(-3);

@@ -1,4 +1,4 @@
-//! Marching cubes: the surface on which f has one value, as triangles.
+//! Marching cubes: the isosurface f = iso as triangles.
 
 use nalgebra::Point3;
 
@@ -67,12 +67,12 @@ fn point_on(
     )
 }
 
-/// The triangles of a cell whose corners in `inside` (one bit each) are below.
+/// The triangles of a cell; `inside` has one bit for each corner at which f is below iso.
 fn triangles(inside: usize) -> Vec<[Edge; 3]> {
     let mut triangles = Vec::new();
     for polygon in polygons(inside) {
         let len = polygon.len();
-        // A diagonal in a face of the cell might be the neighbour's too, and then have four triangles.
+        // The neighbouring cell might use the same diagonal of a common face, which would then have four triangles.
         let in_faces = |&apex: &usize| {
             let others = (2..len - 1).map(|step| polygon[(apex + step) % len]);
             others
@@ -91,8 +91,8 @@ fn share_a_face(a: Edge, b: Edge) -> bool {
     (0..3).any(|axis| side(a, axis).is_some() && side(a, axis) == side(b, axis))
 }
 
-/// Outlines of the surface in a cell. In each face a line goes round every run of corners inside, so that two cells
-/// agree about the face between them.
+/// Polygons of the surface in a cell. In each face of the cell a segment separates every run of inside corners from the
+/// others, by the same rule in both cells that share the face; so the surface has no cracks.
 fn polygons(inside: usize) -> Vec<Vec<Edge>> {
     let is_inside = |corner: usize| inside >> corner & 1 == 1;
     let mut lines: Vec<(Edge, Edge)> = Vec::new();

@@ -1,10 +1,11 @@
-//! Sets of places on a regular lattice, kept sorted so that they combine by merging and lie in memory as in space.
+//! Sets of points of a regular lattice, as sorted keys: sets combine by merging, and neighbours are near in memory.
 
 use std::cmp::Ordering;
 
+/// Bits of one coordinate in a key: three fit into 64.
 const BITS: u32 = 21;
 const MASK: u64 = (1 << BITS) - 1;
-/// So that the neighbours of place 0 have a key.
+/// Added to each coordinate, so that the neighbours of 0 have a key, too.
 const BIAS: i32 = 2;
 
 /// A lattice place (x, y, z) as one number that sorts by x, then y, then z.
@@ -66,7 +67,7 @@ pub(super) fn children(cells: &[u64]) -> Vec<u64> {
     corners(&cells.iter().map(doubled).collect::<Vec<_>>())
 }
 
-/// A sorted set in which places are looked up.
+/// A sorted set of lattice points with an index for look-ups.
 pub(super) struct Lattice {
     keys: Vec<u64>,
     /// Where each (x, y) begins, for all of them within the box around the set, and where the last ends.

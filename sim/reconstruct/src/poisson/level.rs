@@ -39,7 +39,7 @@ impl Corners {
         sum
     }
 
-    /// Gives each place its share.
+    /// Calls `give` with the index and the trilinear weight of each of the eight lattice points.
     pub fn spread(&self, mut give: impl FnMut(usize, f64)) {
         for (pair, &index) in self.shares.chunks_exact(2).zip(&self.indices) {
             give(index as usize, pair[0]);
@@ -62,7 +62,7 @@ impl Level {
             lattice::corners(&cells).into_iter(),
         );
         let lattice = Lattice::new(all);
-        // Every place is there, since the set is dilated.
+        // Every neighbour is in the lattice, since the set is dilated.
         let index = |key: u64| lattice.find(key).unwrap_or_default();
         let rows = free
             .par_iter()

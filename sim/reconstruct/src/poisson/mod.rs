@@ -1,9 +1,9 @@
-//! Poisson surface reconstruction: a function f whose gradient is the samples' normals, smoothed, and whose zero
-//! surface is the object's.
+//! Screened Poisson surface reconstruction: finds a function f whose gradient is close to the vector field V of the
+//! samples' smoothed normals. The surface is an isosurface of f, which is about −½ inside and +½ outside.
 //!
-//! After Kazhdan and Hoppe, "Screened Poisson surface reconstruction" (ACM Trans. Graph. 32, 2013), depth by depth:
-//! each level refines the one before only in cells near a sample or crossed by the surface, and takes its values around
-//! them from it. f is −½ inside, +½ outside.
+//! After Kazhdan and Hoppe, "Screened Poisson surface reconstruction" (ACM Trans. Graph. 32, 2013), coarse to fine: each
+//! level refines only cells near a sample or crossed by the surface, and has the coarser solution as boundary values around
+//! them.
 
 mod cascade;
 mod contour;
@@ -13,29 +13,25 @@ mod solve;
 
 use nalgebra::{Point3, Vector3};
 
-use cascade::Cascade;
+use cascade::{Cascade, DEPTH_FULL};
 use level::Level;
 
 pub(crate) use contour::Surface;
 
-/// Deepest depth that a lattice place's number has bits for, with room to spare.
+/// Deepest level: 2^12 cells along a side, of the 2^21 that a lattice key has room for.
 pub(crate) const DEPTH_MAX: u32 = 12;
 /// Depth of the first level.
 const DEPTH_FIRST: u32 = 2;
-/// Depth at which the whole cube has places; deeper levels have them near the surface only.
-const DEPTH_FULL: u32 = 5;
-/// The cube is at least so many times as wide as the samples: f must be free to be smooth outside.
+/// Least width of the cube, in widths of the samples: the boundary must not disturb f near them.
 const ROOM: f64 = 2.0;
 /// Width of the cube by which depth is defined, in widths of the samples.
 const MARGIN: f64 = 1.1;
-/// Value of f far outside.
-const OUTSIDE: f64 = 0.5;
-/// V is spread over cells at least that many times as wide as the samples' distance.
+/// Least width, in mean distances of the samples, of the cells onto which V is splatted.
 const SPREAD_PER_SPACING: f64 = 0.75;
-/// Cells at most that many times as wide as the samples' distance are fine enough.
+/// Width of the finest cells, in mean distances of the samples: smaller ones would show nothing new.
 const CELL_PER_SPACING: f64 = 0.5;
 
-/// A point with the outward direction and the area of the surface that it stands for.
+/// A point of the surface with its outward unit normal and the area that it represents.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
     pub point: Point3<f64>,
@@ -43,21 +39,21 @@ pub(crate) struct Sample {
     pub area: f64,
 }
 
-/// f, near the surface.
+/// The solution f near the surface.
 pub(crate) struct Field {
     level: Level,
-    /// Smallest corner of the cube, and its side.
+    /// The cube's corner of least coordinates, and the length of its side.
     origin: Point3<f64>,
     side: f64,
-    /// f on the surface: the samples' mean.
+    /// Isovalue of the surface: the mean of f over the samples.
     iso: f64,
 }
 
 impl Field {
-    /// Finds f. The surface is followed where `is_near` says so of a point.
+    /// Solves for f. The surface is refined only where `is_near` holds for a point.
     ///
-    /// `depth_max`: cells are at least 1.1 widths of the object, halved that often; nor are they smaller than half the
-    /// samples' distance. `screening`: weight of passing through the samples.
+    /// `depth_max`: the finest cells are 1.1 widths of the object, halved this many times, but no smaller than half the
+    /// samples' mean distance. `screening`: weight α of passing through the samples.
     pub fn new(
         samples: &[Sample],
         depth_max: u32,
@@ -69,7 +65,7 @@ impl Field {
         let spacing = (area / samples.len().max(1) as f64).sqrt();
         let finest = f64::from(1_u32 << depth_max.min(DEPTH_MAX));
         let cell = (CELL_PER_SPACING * spacing).max(MARGIN * width / finest);
-        // The cube is so wide that the finest cells, halved from it, are just as wanted.
+        // Make the cube wide enough that halving it `depth` times gives cells of exactly the wanted size.
         let depth = (ROOM * width / cell)
             .log2()
             .ceil()
@@ -115,7 +111,8 @@ impl Field {
         surface
     }
 
-    /// A point near the surface moved onto it along the gradient, and the outward normal there; `None` away from it.
+    /// Projects a point near the surface onto it by Newton steps along the gradient. Returns the projection and the outward
+    /// normal there; `None` away from the surface.
     pub fn project(&self, point: &Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> {
         const STEPS: usize = 3;
         let mut place = Point3::from((point - self.origin) / self.side);
@@ -127,7 +124,7 @@ impl Field {
                 return None;
             }
             let step = gradient * ((value - self.iso) / slope_sq);
-            // Where f is flat a step would go anywhere.
+            // Where f is flat a Newton step is unreliable; limit it to one cell.
             let longest = self.level.cell();
             place -= step * (longest / step.norm().max(longest));
             normal = gradient / slope_sq.sqrt();

@@ -1,10 +1,11 @@
-//! The linear system of one level.
+//! The linear system of one level: trilinear finite elements, solved by preconditioned conjugate gradients.
 //!
-//! f is a sum of trilinear hats, one a place. It minimises ∫‖V − ∇f‖² + α/h Σ area (f(sample))², the screened Poisson
-//! energy of Kazhdan and Hoppe (ACM Trans. Graph. 32, 2013), whose weight they too double with each depth.
+//! f is a sum of trilinear hat functions, one for each lattice point. It minimises the screened Poisson energy of Kazhdan
+//! and Hoppe (ACM Trans. Graph. 32, 2013), ∫‖V − ∇f‖² + α/h Σ area (f(sample))². As there, the screening weight α/h doubles
+//! with each depth.
 //!
-//! With cells of side h the integral of the product of two hats' gradients is h times 8/3 for a hat with itself, 0 for
-//! neighbours along an axis, −1/6 for those across a face's diagonal and −1/12 for those across a cell's.
+//! For cells of side h the integral of the product of two hats' gradients is h times 8/3 for a hat with itself, 0 for
+//! neighbours along an axis, −1/6 for neighbours across a face's diagonal and −1/12 across a cell's.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -14,14 +15,15 @@ use super::level::{Corners, Level};
 /// Rows that one thread computes at a time. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 4096;
 
-/// A sample as a level sees it.
+/// A sample's screening term: f is to be 0 there.
 pub(super) struct Pin {
     pub corners: Corners,
     /// Area of the surface that it stands for, times the screening weight.
     pub weight: f64,
 }
 
-/// Solves for the free values, from those that are there, until the residual has shrunk by `tolerance`.
+/// Solves for the free values by conjugate gradients, starting from the present ones, until the residual's norm is
+/// `tolerance` times the right-hand side's.
 ///
 /// `field` holds V at each place. Returns the number of conjugate-gradient steps.
 pub(super) fn solve(
@@ -38,7 +40,7 @@ pub(super) fn solve(
     apply(level, &level.values, pins, &mut product);
     let mut residual: Vec<f64> = wanted.iter().zip(&product).map(|(b, ax)| b - ax).collect();
     let mut scaled: Vec<f64> = residual.iter().zip(&diagonal).map(|(r, d)| r / d).collect();
-    // On all places, since the product reaches over the edge; only free ones ever differ from 0.
+    // One entry for every lattice point, since the stencil reaches fixed points; only free ones ever differ from 0.
     let mut direction = vec![0.0; level.values.len()];
     let mut rho = dot(&residual, &scaled);
     let mut last_rho = f64::INFINITY;

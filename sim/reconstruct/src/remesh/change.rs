@@ -1,15 +1,15 @@
-//! Edges of a surface split, collapsed and turned; vertices moved.
+//! The local operations of remeshing: edge split, edge collapse, edge flip, vertex move.
 
 use mesh::triangle;
 use nalgebra::Point3;
 
 use super::connect::Connected;
 
-/// Least cosine between a triangle's normals before and after a change.
-const TURN_COSINE_MIN: f64 = 0.3;
+/// An operation is refused if a triangle's normal before and after it have a smaller cosine (72.5°): the surface folds.
+const COSINE_MIN: f64 = 0.3;
 
 impl Connected {
-    /// Puts a vertex on an edge.
+    /// Edge split: inserts a vertex at `place` on an edge.
     pub fn split(&mut self, [a, b]: [u32; 2], place: Point3<f64>) {
         let middle = self.points.len() as u32;
         let on: Vec<u32> = self.triangles_on(a, b).collect();
@@ -31,8 +31,8 @@ impl Connected {
         }
     }
 
-    /// Makes one vertex of an edge's two, unless that would fold or pinch the surface or make an edge longer than
-    /// `longest`.
+    /// Edge collapse: merges an edge's two vertices, unless that would fold or pinch the surface or make an edge longer
+    /// than `longest`. Returns whether it did.
     pub fn collapse(&mut self, a: u32, b: u32, longest: f64) -> bool {
         let (boundary_a, boundary_b) = (self.is_boundary(a), self.is_boundary(b));
         let on: Vec<u32> = self.triangles_on(a, b).collect();
@@ -84,7 +84,7 @@ impl Connected {
                     self.points[corner as usize]
                 }
             }));
-            after.dot(&before) <= TURN_COSINE_MIN * after.norm() * before.norm()
+            after.dot(&before) <= COSINE_MIN * after.norm() * before.norm()
         })
     }
 
@@ -105,8 +105,9 @@ impl Connected {
         self.on_boundary[a as usize] |= self.on_boundary[b as usize];
     }
 
-    /// Replaces the edge from `a` to `b` by that between the third vertices, unless that folds the surface.
-    pub fn turn(&mut self, [a, b]: [u32; 2], [c, d]: [u32; 2]) -> bool {
+    /// Edge flip: replaces the edge from `a` to `b` by the one between the opposite vertices `c` and `d`, unless that folds
+    /// the surface. Returns whether it did.
+    pub fn flip(&mut self, [a, b]: [u32; 2], [c, d]: [u32; 2]) -> bool {
         let on: Vec<u32> = self.triangles_on(a, b).collect();
         let [first, second] = on[..] else {
             return false;
@@ -121,7 +122,7 @@ impl Connected {
         .unwrap_or_default();
         let is_folded = |corners: &[u32; 3]| {
             let after = self.area_normal(*corners);
-            after.dot(&normal) <= 2.0 * TURN_COSINE_MIN * after.norm()
+            after.dot(&normal) <= 2.0 * COSINE_MIN * after.norm()
         };
         if pair.iter().any(is_folded) {
             return false;
@@ -138,7 +139,7 @@ impl Connected {
         true
     }
 
-    /// Moves vertices, but each only if no triangle at it folds.
+    /// Moves each vertex to its entry of `places`, except where one of its triangles would fold.
     pub fn move_unfolded(&mut self, places: &[Point3<f64>]) {
         for (vertex, &place) in places.iter().enumerate() {
             if !self.at[vertex].is_empty() && !self.folds(vertex as u32, u32::MAX, place) {

@@ -1,16 +1,16 @@
-//! A surface and how it hangs together.
+//! A triangle mesh whose connectivity can change.
 
 use mesh::{sides, triangle};
 use nalgebra::{Point3, Vector3};
 
 use crate::poisson::Surface;
 
-/// Triangles, and which of them are at each vertex. What was removed stays as a gap.
+/// Triangles, and a list of those at each vertex. A removed triangle leaves `None` in its place.
 pub(super) struct Connected {
     pub points: Vec<Point3<f64>>,
     pub(super) triangles: Vec<Option<[u32; 3]>>,
     pub(super) at: Vec<Vec<u32>>,
-    /// Whether a vertex lies on an edge with one triangle; nothing done here changes that.
+    /// Whether a vertex lies on the boundary, an edge with only one triangle; no operation changes that.
     pub(super) on_boundary: Vec<bool>,
 }
 
@@ -39,7 +39,7 @@ impl Connected {
         connected
     }
 
-    /// The triangles that are left, with the vertices that they use.
+    /// The remaining triangles, with the vertices that they use.
     pub fn into_surface(self) -> Surface {
         let mut new_index = vec![0; self.points.len()];
         let mut points = Vec::new();
@@ -134,7 +134,8 @@ impl Connected {
         self.at[vertex as usize].len() + usize::from(self.is_boundary(vertex))
     }
 
-    /// The vertices that one slides between: its neighbours, on a boundary the two along it.
+    /// The vertices whose centroid tangential relaxation moves this one towards: its one-ring, or on a boundary its two
+    /// neighbours along that.
     pub fn smoothing_ring(&self, vertex: u32) -> Vec<u32> {
         let ring = self.ring(vertex);
         let is_boundary = self.is_boundary(vertex);

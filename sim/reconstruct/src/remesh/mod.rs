@@ -1,7 +1,7 @@
-//! Even triangles: edges of nearly one length, so that the wanted number of vertices comes out.
+//! Isotropic incremental remeshing: edges of nearly one length, chosen so that the wanted number of vertices results.
 //!
-//! After Botsch and Kobbelt, "A remeshing approach to multiresolution modeling" (SGP 2004): long edges are split, short
-//! ones collapsed, edges turned where that evens out how many meet at a vertex, and vertices slid along the surface.
+//! After Botsch and Kobbelt, "A remeshing approach to multiresolution modeling" (SGP 2004): each round splits long edges,
+//! collapses short ones, flips edges to equalise valences, and relaxes vertices tangentially.
 
 mod change;
 mod connect;
@@ -13,11 +13,11 @@ use rayon::prelude::*;
 use crate::poisson::Surface;
 use connect::Connected;
 
-/// Longest and shortest edges, as shares of the wanted length.
+/// Longest and shortest edges, as shares of the wanted length (Botsch and Kobbelt, Sec. 4).
 const LONG: f64 = 4.0 / 3.0;
 const SHORT: f64 = 4.0 / 5.0;
-/// How far a vertex slides towards the middle of its neighbours.
-const SLIDE: f64 = 0.6;
+/// Damping of tangential relaxation: share of the way to the neighbours' centroid that a vertex moves.
+const RELAXATION: f64 = 0.6;
 const ROUNDS_MIN: usize = 6;
 const ROUNDS_MAX: usize = 14;
 /// How near the wanted count is near enough, as a share of it.
@@ -30,15 +30,15 @@ pub(crate) trait Project:
 }
 impl<F: Fn(&Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> + Sync> Project for F {}
 
-/// Gives a manifold surface about `wanted` vertices.
+/// Remeshes a manifold surface to about `wanted` vertices.
 pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -> Surface {
     let mut length = edge_length(&surface, wanted);
     let mut mesh = Connected::new(surface);
     for round in 1..=ROUNDS_MAX {
         split_long(&mut mesh, LONG * length, &project);
         collapse_short(&mut mesh, SHORT * length, LONG * length);
-        turn_uneven(&mut mesh);
-        slide(&mut mesh, &project);
+        flip_edges(&mut mesh);
+        relax(&mut mesh, &project);
         let ratio = mesh.vertex_count() as f64 / wanted as f64;
         if round >= ROUNDS_MIN && (ratio - 1.0).abs() <= TOLERANCE {
             break;
@@ -47,7 +47,7 @@ pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -
             length *= ratio.sqrt().clamp(0.8, 1.25);
         }
     }
-    // What was refused to slide still lies off the surface.
+    // Vertices that were not allowed to relax may still lie off the surface.
     let settled: Vec<Point3<f64>> = mesh
         .points
         .par_iter()
@@ -57,7 +57,7 @@ pub(crate) fn to_count(surface: Surface, wanted: usize, project: impl Project) -
     mesh.into_surface()
 }
 
-/// Edge of equilateral triangles of which the surface holds twice as many as `wanted`.
+/// Edge length of equilateral triangles that cover the surface with about `wanted` vertices, two triangles each.
 fn edge_length(surface: &Surface, wanted: usize) -> f64 {
     let area: f64 = surface
         .triangles
@@ -86,8 +86,8 @@ fn collapse_short(mesh: &mut Connected, shortest: f64, longest: f64) {
     }
 }
 
-/// Turns an edge where the four vertices about it then have more nearly six neighbours, on a boundary four.
-fn turn_uneven(mesh: &mut Connected) {
+/// Flips an edge where this brings the valences of the four vertices around it nearer to 6 (on a boundary: 4).
+fn flip_edges(mesh: &mut Connected) {
     let edges: Vec<[u32; 2]> = mesh.edges().collect();
     for [a, b] in edges {
         let Some([c, d]) = mesh.opposite(a, b) else {
@@ -100,13 +100,14 @@ fn turn_uneven(mesh: &mut Connected) {
         let now = excess(a, 0) + excess(b, 0) + excess(c, 0) + excess(d, 0);
         let then = excess(a, -1) + excess(b, -1) + excess(c, 1) + excess(d, 1);
         if then < now {
-            mesh.turn([a, b], [c, d]);
+            mesh.flip([a, b], [c, d]);
         }
     }
 }
 
-/// Moves vertices towards the middle of their neighbours, along the surface; those on a boundary along that.
-fn slide(mesh: &mut Connected, project: &impl Project) {
+/// Tangential relaxation: moves vertices along the surface towards the centroid of their neighbours; boundary vertices move
+/// along the boundary.
+fn relax(mesh: &mut Connected, project: &impl Project) {
     let moved = |vertex: u32| {
         let from = mesh.points[vertex as usize];
         let ring = mesh.smoothing_ring(vertex);
@@ -117,11 +118,11 @@ fn slide(mesh: &mut Connected, project: &impl Project) {
             .iter()
             .map(|&other| mesh.points[other as usize].coords)
             .sum();
-        let step = (sum / ring.len() as f64 - from.coords) * SLIDE;
+        let step = (sum / ring.len() as f64 - from.coords) * RELAXATION;
         let normal = mesh.normal(vertex);
         let along = from + (step - normal * normal.dot(&step));
         match project(&along) {
-            // Near a thin wall's other side the projection may jump over.
+            // Near the other side of a thin wall the projection may land on that side.
             Some((place, outward)) if outward.dot(&normal) > 0.5 => place,
             _ => along,
         }
