@@ -1,4 +1,4 @@
-//! What can go wrong, with what to do about it.
+//! Errors of making and merging datasets, with their remedies.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub enum DatasetError {
         /// The file's stem.
         name: String,
     },
-    /// A settings file that says nothing usable.
+    /// A settings file that cannot be read or has a value out of range.
     #[error("settings {file}: {reason}")]
     Settings {
         /// The file.
@@ -59,7 +59,7 @@ pub enum DatasetError {
     Reconstruct {
         /// The object.
         object: String,
-        /// Why.
+        /// What is wrong with the scan.
         source: ReconstructError,
     },
     /// A size that no graspable object has.
@@ -75,20 +75,20 @@ pub enum DatasetError {
     Dent {
         /// The object.
         object: String,
-        /// Why.
+        /// Why the mesh cannot be dented.
         source: DentError,
     },
-    /// The system refused something.
+    /// An operation on a file or folder failed.
     #[error("cannot {doing} {path}: {source}")]
     Io {
-        /// What was tried: a verb.
+        /// The operation, as a verb.
         doing: &'static str,
-        /// With which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// Why not.
+        /// The system's error.
         source: io::Error,
     },
-    /// A table or record that is not as this program writes it.
+    /// A manifest, journal or record that is not as this program writes it.
     #[error("{path} is damaged ({reason}): use another --out")]
     Damaged {
         /// The file.
@@ -101,16 +101,16 @@ pub enum DatasetError {
     Plot {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// What the plotting library says.
         reason: String,
     },
-    /// Two runs in one folder.
+    /// Another run has locked the folder.
     #[error("another run is at work in {folder}: wait for its end, or use another --out")]
     InUse {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder with something else in it.
+    /// A folder that holds other files and is no dataset.
     #[error("{folder} holds {found} and no run.yaml, so it is no dataset: use another --out")]
     Foreign {
         /// The folder.
@@ -118,7 +118,7 @@ pub enum DatasetError {
         /// The first thing found there.
         found: String,
     },
-    /// A dataset made in another way.
+    /// A dataset made with other sources, settings or seed.
     #[error(
         "{folder} holds a dataset made in another way: {}; use another --out, or the same settings",
         differences.join("; ")
@@ -126,7 +126,7 @@ pub enum DatasetError {
     Differs {
         /// The folder.
         folder: PathBuf,
-        /// Each as "what: there, here".
+        /// Each as "key: value there, value here".
         differences: Vec<String>,
     },
     /// A failure after the work began.
@@ -139,30 +139,30 @@ pub enum DatasetError {
         done: usize,
         /// Meshes wanted.
         total: usize,
-        /// What happened.
+        /// The failure.
         cause: Box<DatasetError>,
     },
-    /// The gripper can dent the object in no way that was tried.
+    /// No mesh could be made: the gripper cannot dent the object at any of the tried grasps.
     #[error(
         "none of {asked} meshes was made: {reason}; see the column note of {manifest}, and is the object's size right (--units)?"
     )]
     Nothing {
         /// Meshes asked for.
         asked: usize,
-        /// What the first of them met.
+        /// Why the first of them failed.
         reason: String,
-        /// The table.
+        /// The manifest, which has the reasons of all.
         manifest: PathBuf,
     },
     /// Asked to stop by a signal.
     #[error("stopped by a signal")]
     Stopped,
-    /// Parts that do not make a whole.
+    /// Shards that cannot be merged.
     #[error(transparent)]
     Merge(#[from] MergeError),
 }
 
-/// Why parts do not make a whole.
+/// Why shards cannot be merged.
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// A folder that holds a whole dataset.
@@ -171,7 +171,7 @@ pub enum MergeError {
         /// The folder.
         part: PathBuf,
     },
-    /// A part still in the making.
+    /// A shard whose run has not finished.
     #[error("{part} (shard {shard}) is not finished: run its command again")]
     Unfinished {
         /// The folder.
@@ -186,10 +186,10 @@ pub enum MergeError {
         first: PathBuf,
         /// Another.
         second: PathBuf,
-        /// Each as "what: in the first, in the second".
+        /// Each as "key: value in the first, value in the second".
         differences: Vec<String>,
     },
-    /// One part twice.
+    /// Two folders hold the same shard.
     #[error("{first} and {second} are both shard {shard}: leave one out")]
     Overlap {
         /// A folder.
@@ -202,10 +202,10 @@ pub enum MergeError {
     /// Parts that were not given.
     #[error("missing: shard {}", shards.join(", "))]
     Gap {
-        /// Which.
+        /// The missing shards, like "2/4".
         shards: Vec<String>,
     },
-    /// A part that lost something, or in which something was changed.
+    /// A shard with a missing or changed file.
     #[error("{part} has no {missing} as it was made: run its command again")]
     Incomplete {
         /// The folder.
@@ -213,7 +213,7 @@ pub enum MergeError {
         /// What is missing.
         missing: String,
     },
-    /// Something else stands where a mesh goes.
+    /// Another file has the name of a mesh.
     #[error(
         "{file} is there already and is none of the parts' meshes: move it away, or use another --out"
     )]
@@ -230,7 +230,7 @@ pub enum MergeError {
 }
 
 impl DatasetError {
-    /// Whether other arguments are the remedy, not another state of the machine.
+    /// Whether this is a usage error (exit code 2): other arguments are the remedy.
     pub fn is_usage(&self) -> bool {
         match self {
             Self::Reconstruct { source, .. } => matches!(source, ReconstructError::Setting { .. }),
@@ -248,7 +248,7 @@ impl DatasetError {
         }
     }
 
-    /// Turns the system's refusal into an error that says what was tried with which file.
+    /// For `map_err`: adds the operation and the path to the system's error.
     pub(crate) fn io(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io {
             doing,

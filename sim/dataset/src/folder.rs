@@ -34,14 +34,14 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Of this name; nothing is touched.
+    /// The dataset folder of this name; the file system is not touched.
     pub fn at(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
         }
     }
 
-    /// Its name.
+    /// Path of the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }
@@ -51,42 +51,42 @@ impl Folder {
         self.root.join(name)
     }
 
-    /// Makes an object's folder, without what a killed run left half-written.
+    /// Makes an object's folder, and removes drafts of files that a killed run left in it.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The folder cannot be made or cleaned.
     pub fn make_object(&self, name: &str) -> Result<(), DatasetError> {
         let folder = self.object(name);
         fs::create_dir_all(&folder).map_err(DatasetError::io("make", &folder))?;
         sweep(&folder)
     }
 
-    /// One row a mesh; there when the dataset is finished.
+    /// Path of manifest.csv, which has one row a mesh and exists once the dataset is finished.
     pub fn manifest(&self) -> PathBuf {
         self.root.join(MANIFEST)
     }
 
-    /// What determines the dataset.
+    /// Path of run.yaml: everything that determines the dataset.
     pub fn record(&self) -> PathBuf {
         self.root.join(RECORD)
     }
 
-    /// Whether a run in it has not come to its end.
+    /// Whether a run in this folder has not finished.
     pub fn is_unfinished(&self) -> bool {
         self.root.join(JOURNAL).exists()
     }
 
-    /// Begins a dataset or goes on with it; others are kept out as long as the journal lives.
+    /// Begins or resumes a dataset. The folder is locked for other runs until the journal is dropped.
     ///
     /// # Errors
-    /// The folder holds something else, another run is at work in it, or the file system refuses.
+    /// The folder holds something else, another run has locked it, or a file cannot be written.
     pub fn open(&self, record: &str, shard: Option<Shard>) -> Result<Journal, DatasetError> {
-        // Before anything is made or removed in what may be another's.
+        // First of all: nothing may be made or removed in a folder that is not ours.
         self.refuse_foreign()?;
         fs::create_dir_all(&self.root).map_err(DatasetError::io("make", &self.root))?;
         let journal = Journal::open(&self.root.join(JOURNAL))?;
         if let Err(error) = self.claim(record, shard) {
-            // Nothing of ours stays in a folder that was refused.
+            // Leave no journal behind in a folder that was refused.
             if journal.is_empty() {
                 journal.remove()?;
             }
@@ -95,7 +95,7 @@ impl Folder {
         Ok(journal)
     }
 
-    /// Compares with the record that is there, or writes it.
+    /// Compares with the folder's record, or writes it if there is none.
     fn claim(&self, record: &str, shard: Option<Shard>) -> Result<(), DatasetError> {
         if self.record().exists() {
             self.compare(record, shard)?;
@@ -109,7 +109,7 @@ impl Folder {
         } else if path.exists() {
             fs::remove_file(&path).map_err(DatasetError::io("remove", &path))?;
         }
-        // Last: with it the folder is claimed.
+        // Last, since a folder with a record counts as a dataset of ours.
         write(&self.record(), record.as_bytes())
     }
 
@@ -136,7 +136,7 @@ impl Folder {
     /// The text of run.yaml.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The file cannot be read.
     pub fn read_record(&self) -> Result<String, DatasetError> {
         let path = self.record();
         fs::read_to_string(&path).map_err(DatasetError::io("read", &path))
@@ -145,15 +145,15 @@ impl Folder {
     /// Writes run.yaml.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be written.
     pub fn write_record(&self, record: &str) -> Result<(), DatasetError> {
         write(&self.record(), record.as_bytes())
     }
 
-    /// Which part it is; `None` for a whole dataset.
+    /// Which shard of a dataset this folder holds; `None` for a whole dataset.
     ///
     /// # Errors
-    /// The file that says so cannot be read.
+    /// shard.yaml cannot be read.
     pub fn shard(&self) -> Result<Option<Shard>, DatasetError> {
         let path = self.root.join(SHARD);
         let text = match fs::read_to_string(&path) {
@@ -188,7 +188,7 @@ impl Folder {
     /// Writes manifest.csv.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be written.
     pub fn write_rows(&self, rows: &[Row]) -> Result<(), DatasetError> {
         let path = self.manifest();
         let text = to_csv(rows, true).map_err(|error| DatasetError::damaged(&path, &error))?;
@@ -198,13 +198,13 @@ impl Folder {
     /// Removes manifest.csv: the dataset is no longer finished.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be removed.
     pub fn remove_rows(&self) -> Result<(), DatasetError> {
         let path = self.manifest();
         fs::remove_file(&path).map_err(DatasetError::io("remove", &path))
     }
 
-    /// Refuses a folder that holds something which does not come from a run that was killed before it wrote its record.
+    /// Refuses a folder without a record that holds anything but the leftovers of a run killed before it wrote its record.
     fn refuse_foreign(&self) -> Result<(), DatasetError> {
         if self.record().exists() || !self.root.exists() {
             return Ok(());
@@ -221,16 +221,16 @@ impl Folder {
         }
     }
 
-    /// Whether it is not there yet, or empty.
+    /// Whether the folder does not exist yet, or is empty.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The folder cannot be read.
     pub fn is_vacant(&self) -> Result<bool, DatasetError> {
         Ok(!self.root.exists() || list(&self.root)?.is_empty())
     }
 }
 
-/// Removes what a killed run left half-written.
+/// Removes drafts of files that a killed run left.
 fn sweep(folder: &Path) -> Result<(), DatasetError> {
     for (name, path) in list(folder)? {
         if name.starts_with(whole_file::UNFINISHED) {

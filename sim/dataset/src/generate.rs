@@ -1,4 +1,4 @@
-//! Makes a dataset, or what is missing in it.
+//! Makes a dataset, or its missing meshes.
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -12,21 +12,22 @@ use crate::error::DatasetError;
 use crate::folder::Folder;
 use crate::manifest::Row;
 use crate::object::{Object, Source};
-use crate::order::{Order, Progress};
+use crate::order::{Event, Order};
 use crate::plan::ObjectPlan;
 use crate::record::Record;
 use crate::run::Run;
 use crate::summary::Summary;
 
-/// Makes what is missing in the folder. Ends early, between two units, once `stop` is true.
+/// Makes the meshes that are missing in the folder. Ends early, between two units, once `stop` is true.
 ///
 /// # Errors
-/// A source, a setting or the folder cannot be used; nothing is changed then. Or the work fails or is stopped; then all
-/// that is finished stays, and the same order goes on from there. Or not one mesh could be made.
+/// - A source, a setting or the folder cannot be used: nothing has been changed.
+/// - The work fails or is stopped: finished meshes stay, and the same order resumes from there.
+/// - Not a single mesh could be made.
 pub fn generate(
     order: &Order,
     stop: &AtomicBool,
-    show: &(dyn Fn(Progress) + Sync),
+    show: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, DatasetError> {
     let start = Instant::now();
     let pool = threads(order.jobs)?;
@@ -41,7 +42,7 @@ pub fn generate(
     let run = Run::new(order, &objects, &plans, folder);
     let mut rows = run.finished(&pool, &mut journal)?;
     let (kept, total) = (rows.len(), run.mesh_count());
-    show(Progress::Making {
+    show(Event::Making {
         meshes: total,
         kept,
     });
@@ -60,7 +61,7 @@ pub fn generate(
     Ok(Summary::new(folder, &rows, doubts, plots, kept, time))
 }
 
-/// A dataset without a mesh is none, though all was tried.
+/// An error if no mesh could be made.
 fn refuse_nothing(rows: &[Row], folder: &Folder) -> Result<(), DatasetError> {
     match rows.first() {
         Some(first) if !rows.iter().any(Row::has_mesh) => Err(DatasetError::Nothing {
@@ -72,6 +73,7 @@ fn refuse_nothing(rows: &[Row], folder: &Folder) -> Result<(), DatasetError> {
     }
 }
 
+/// A pool of `jobs` threads.
 fn threads(jobs: NonZeroUsize) -> Result<ThreadPool, DatasetError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.get());
     pool.build().map_err(|error| {
@@ -80,7 +82,8 @@ fn threads(jobs: NonZeroUsize) -> Result<ThreadPool, DatasetError> {
     })
 }
 
-fn prepare(order: &Order, show: &(dyn Fn(Progress) + Sync)) -> Result<Vec<Object>, DatasetError> {
+/// Loads all objects in parallel, after a check that their names differ.
+fn prepare(order: &Order, show: &(dyn Fn(Event) + Sync)) -> Result<Vec<Object>, DatasetError> {
     let names = order.sources.iter().map(Source::name);
     let mut names: Vec<String> = names.collect::<Result<_, _>>()?;
     names.sort();
@@ -89,10 +92,10 @@ fn prepare(order: &Order, show: &(dyn Fn(Progress) + Sync)) -> Result<Vec<Object
         return Err(DatasetError::SameName { name });
     }
     let objects = order.sources.len();
-    show(Progress::Preparing { objects });
+    show(Event::Preparing { objects });
     let load = |source: &Source| {
         let object = source.load(&order.settings)?;
-        show(Progress::Prepared);
+        show(Event::Prepared);
         Ok(object)
     };
     order.sources.par_iter().map(load).collect()

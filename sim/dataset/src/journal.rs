@@ -1,4 +1,4 @@
-//! Rows of a run that is not finished. It is also what keeps a second run out of the folder.
+//! Rows of an unfinished run. Its lock also keeps a second run out of the folder.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Write};
@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use crate::error::DatasetError;
 use crate::manifest::{Row, from_csv, to_csv};
 
-/// Rows in the order in which units were finished. A unit's rows are added together, after its meshes are in place.
+/// The file of rows, in the order in which units were finished. The rows of a unit are appended together, after its meshes
+/// have been written.
 pub struct Journal {
     file: File,
     path: PathBuf,
@@ -16,10 +17,10 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens or begins a journal and keeps others out until it is dropped, or its process ends.
+    /// Opens or creates a journal, and locks it until it is dropped or its process ends.
     ///
     /// # Errors
-    /// Another process has it, or the file cannot be made.
+    /// Another process has locked it, or the file cannot be made.
     pub fn open(path: &Path) -> Result<Self, DatasetError> {
         let folder = path.parent().unwrap_or(path);
         let in_use = || DatasetError::InUse {
@@ -51,15 +52,15 @@ impl Journal {
         })
     }
 
-    /// Whether nothing is written in it.
+    /// Whether the file is empty.
     pub fn is_empty(&self) -> bool {
         self.bytes == 0
     }
 
-    /// What earlier runs wrote. A line that a crash cut off is removed.
+    /// Reads the rows of earlier runs. A last line that a crash cut off is removed from the file.
     ///
     /// # Errors
-    /// It cannot be read, or was changed by something else.
+    /// The file cannot be read, or is not as this program writes it.
     pub fn rows(&mut self) -> Result<Vec<Row>, DatasetError> {
         let mut text = Vec::new();
         self.file
@@ -71,10 +72,10 @@ impl Journal {
         from_csv(&text).map_err(|error| DatasetError::damaged(&self.path, &error))
     }
 
-    /// Adds the rows of a unit, or none of them.
+    /// Appends the rows of a unit: all of them, or none if writing fails.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be written.
     pub fn append(&mut self, rows: &[Row]) -> Result<(), DatasetError> {
         let text = to_csv(rows, self.is_empty())
             .map_err(|error| DatasetError::damaged(&self.path, &error))?;
@@ -86,18 +87,18 @@ impl Journal {
         Ok(())
     }
 
-    /// Begins anew.
+    /// Removes all rows.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be written.
     pub fn clear(&mut self) -> Result<(), DatasetError> {
         self.cut(0)
     }
 
-    /// Removes the file, and lets others in.
+    /// Removes the file and its lock.
     ///
     /// # Errors
-    /// The file system refuses.
+    /// The file cannot be removed.
     pub fn remove(self) -> Result<(), DatasetError> {
         fs::remove_file(&self.path).map_err(DatasetError::io("remove", &self.path))
     }

@@ -1,4 +1,4 @@
-//! A dataset of dented objects: what is made, by whom, and how it is kept (paper Sec. IV-B 8, VI-A).
+//! Datasets of dented objects: planning, making and storing them (paper Sec. IV-B 8, VI-A).
 //!
 //! The unit of work is one grasp of one object with all its intensities, each of which starts from the one before.
 //! [`plan`] numbers units and meshes from the sources, the count and the seed alone, so that every thread, shard and

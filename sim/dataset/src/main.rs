@@ -14,7 +14,7 @@ use sim_dataset::DatasetError;
 use sim_dataset::generate::generate;
 use sim_dataset::merge::merge;
 use sim_dataset::object::Source;
-use sim_dataset::order::{Order, Progress};
+use sim_dataset::order::{Event, Order};
 use sim_dataset::settings::Settings;
 use sim_dataset::shard::Shard;
 use sim_dataset::summary::Summary;
@@ -183,12 +183,12 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-fn show(bar: &ProgressBar, progress: Progress) {
-    match progress {
-        Progress::Preparing { objects } => begin(bar, objects, 0, "preparing"),
-        Progress::Prepared => bar.inc(1),
-        Progress::Making { meshes, kept } => begin(bar, meshes, kept, "denting"),
-        Progress::Made { meshes } => advance(bar, meshes),
+fn show(bar: &ProgressBar, event: Event) {
+    match event {
+        Event::Preparing { objects } => begin(bar, objects, 0, "preparing"),
+        Event::Prepared => bar.inc(1),
+        Event::Making { meshes, kept } => begin(bar, meshes, kept, "denting"),
+        Event::Made { meshes } => advance(bar, meshes),
     }
 }
 
@@ -207,7 +207,7 @@ fn begin(bar: &ProgressBar, length: usize, done: usize, what: &'static str) {
     }
 }
 
-/// Without a terminal there is no bar; then a line for each tenth.
+/// Advances the bar; without a terminal, prints a line for each tenth instead.
 fn advance(bar: &ProgressBar, steps: usize) {
     let before = bar.position();
     bar.inc(steps as u64);

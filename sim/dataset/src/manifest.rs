@@ -8,12 +8,12 @@ use crate::plan::Unit;
 
 const MM_PER_M: f64 = 1e3;
 
-/// What is said of one mesh.
+/// One mesh, made or refused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Whose folder it is in.
+    /// Name of the object, and of the mesh's folder.
     pub object: String,
-    /// Its number in the folder.
+    /// Number of the mesh in that folder, from 0.
     pub n: usize,
     /// The scan's file name, or `parametric`.
     pub source: String,
@@ -23,10 +23,10 @@ pub struct Row {
     pub handle_2: u32,
     /// Intensity that was asked for, mm (paper Eq. 4).
     pub asked_mm: f64,
-    /// Intensity that could be done, mm; 0 where there is no mesh.
+    /// Intensity that was applied, mm; 0 where there is no mesh.
     pub applied_mm: f64,
-    /// Chamfer distance, mm^2 (paper Eq. 5), unweighted as the next three. Empty where there is no mesh, as all that
-    /// follow.
+    /// Chamfer distance, mm^2 (paper Eq. 5), unweighted like the next three losses. Empty where there is no mesh, like all
+    /// optional columns.
     pub loss_distance_mm2: Option<f64>,
     /// Edge loss, mm^2.
     pub loss_edge_mm2: Option<f64>,
@@ -40,16 +40,16 @@ pub struct Row {
     pub energy_mm2: Option<f64>,
     /// Iterations of the deformation.
     pub iterations: Option<usize>,
-    /// Of the run.
+    /// Seed of the run.
     pub seed: u64,
-    /// SHA-256 of the file.
+    /// SHA-256 of the mesh's file.
     pub sha256: Option<String>,
-    /// Why less was done than asked; empty where all was done.
+    /// Why the dent is shallower than asked, or was refused; empty otherwise.
     pub note: String,
 }
 
 impl Row {
-    /// Of the dent that became mesh `n`, in a file with this digest.
+    /// The row of mesh `n`, made by this dent, whose file has this digest.
     pub fn dented(
         object: &Object,
         unit: &Unit,
@@ -73,7 +73,7 @@ impl Row {
         }
     }
 
-    /// Of mesh `n`, which could not be made.
+    /// The row of mesh `n` if it could not be made.
     pub fn refused(
         object: &Object,
         unit: &Unit,
@@ -103,7 +103,7 @@ impl Row {
         }
     }
 
-    /// Whether a file belongs to it.
+    /// Whether there is a mesh file for this row.
     pub fn has_mesh(&self) -> bool {
         self.sha256.is_some()
     }
@@ -119,10 +119,10 @@ fn note(unit: &Unit, dent: &Dent) -> &'static str {
     }
 }
 
-/// Rows as text, with a line of titles where wanted.
+/// Formats rows as CSV, with a header line if `titles`.
 ///
 /// # Errors
-/// Never, as long as all fields have a text.
+/// A row cannot be formatted; this does not happen with rows made by this program.
 pub fn to_csv(rows: &[Row], titles: bool) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::WriterBuilder::new()
         .has_headers(titles)
@@ -135,10 +135,10 @@ pub fn to_csv(rows: &[Row], titles: bool) -> Result<Vec<u8>, csv::Error> {
         .map_err(|error| error.into_error().into())
 }
 
-/// Rows of a text with titles.
+/// Parses CSV with a header line.
 ///
 /// # Errors
-/// A line is no row.
+/// A line is not a row.
 pub fn from_csv(text: &[u8]) -> Result<Vec<Row>, csv::Error> {
     csv::Reader::from_reader(text).deserialize().collect()
 }

@@ -20,7 +20,7 @@ use crate::record::differences;
 use crate::shard::Shard;
 use crate::summary::Summary;
 
-/// What merging needs of run.yaml.
+/// The part of run.yaml that merging needs.
 #[derive(Debug, Deserialize)]
 struct Wanted {
     objects: Vec<WantedObject>,
@@ -158,7 +158,7 @@ fn check_shards(parts: &[Part]) -> Result<(), MergeError> {
     }
 }
 
-/// Nothing, or a merge of the same parts that was interrupted.
+/// Checks that the destination is empty, or holds an interrupted merge of the same parts.
 fn check_vacant(out: &Folder, record: &str) -> Result<(), DatasetError> {
     let interrupted = || {
         let same = out.read_record().is_ok_and(|there| there == record);
@@ -205,11 +205,11 @@ fn in_order<'a>(
     Ok(found)
 }
 
-/// The same file under another name; where that cannot be, a copy, whole or not at all.
+/// Hard-links a file, or copies it where the file system does not allow that.
 fn link(from: &Path, to: &Path) -> Result<(), DatasetError> {
     match fs::hard_link(from, to) {
         Ok(()) => Ok(()),
-        // From the merge that was interrupted, or another's, which the caller finds out.
+        // From an interrupted merge, or a foreign file; the caller compares digests.
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
         Err(_) => copy(from, to),
     }

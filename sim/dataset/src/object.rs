@@ -1,4 +1,4 @@
-//! What is dented: a scan or one of the parametric objects.
+//! The objects to be dented: scans or parametric ones.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::digest::hex_digest;
 use crate::error::DatasetError;
 use crate::settings::Settings;
 
-/// Longest extents between which something can be an object for a gripper, m.
+/// Range of an object's longest extent, m. A mesh outside of it was most likely read with the wrong unit.
 const SIZE_RANGE_M: std::ops::RangeInclusive<f32> = 0.01..=1.0;
 
 /// Where an object comes from.
@@ -29,7 +29,7 @@ pub enum Source {
 
 /// An object, ready to be dented.
 pub struct Object {
-    /// Names its folder.
+    /// Name of the object and of its folder.
     pub name: String,
     /// What it was made from: the scan's file name, or `parametric`.
     pub source: String,
@@ -37,13 +37,13 @@ pub struct Object {
     pub scan_sha256: Option<String>,
     /// Length of the scan's unit, m.
     pub metres_per_unit: Option<f64>,
-    /// What was mended in the scan.
+    /// Report of the reconstruction, for a scan.
     pub mending: Option<sim_reconstruct::Report>,
     /// SHA-256 of the undented mesh.
     pub mesh_sha256: String,
-    /// Vertices and triangles of each of its meshes.
+    /// Numbers of vertices and triangles, the same in each of its meshes.
     pub counts: [usize; 2],
-    /// Dents it.
+    /// Makes its dents.
     pub denter: Denter,
 }
 
@@ -150,7 +150,7 @@ impl Object {
 }
 
 impl Object {
-    /// What no graspable object is like, of the mesh that was made of a scan.
+    /// For a scan, a property of its mesh that no graspable object has, in words (see [`sim_reconstruct::Report::doubt`]).
     pub fn doubt(&self) -> Option<String> {
         let found = self.mending.as_ref()?.doubt()?;
         Some(format!(
@@ -160,7 +160,7 @@ impl Object {
     }
 }
 
-/// Of the vertices' and triangles' bytes: tells whether two machines made the same mesh of a scan.
+/// Digest of the vertices' and triangles' bytes: shows whether two machines made the same mesh of a scan.
 fn mesh_digest(mesh: &Mesh) -> String {
     let coordinates = mesh.vertices.iter().flat_map(|vertex| vertex.iter());
     let mut bytes: Vec<u8> = coordinates.flat_map(|c| c.to_le_bytes()).collect();

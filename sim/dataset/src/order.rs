@@ -1,4 +1,4 @@
-//! What is asked for, and what its maker is told meanwhile.
+//! The order for a dataset, and reports of progress.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -10,42 +10,42 @@ use crate::shard::Shard;
 /// What to make, and how.
 #[derive(Debug, Clone)]
 pub struct Order {
-    /// What is dented; the names differ.
+    /// The objects to dent; their names must differ.
     pub sources: Vec<Source>,
     /// The dataset's folder.
     pub out: PathBuf,
-    /// Meshes of each object; by the paper's sampling ratio when `None`.
+    /// Number of meshes of each object; `None`: as many as the paper's sampling ratio gives.
     pub count: Option<NonZeroUsize>,
-    /// Everything random comes from this.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// Threads.
+    /// Number of threads.
     pub jobs: NonZeroUsize,
-    /// The part to make; all when `None`.
+    /// The shard to make; `None` for the whole dataset.
     pub shard: Option<Shard>,
     /// How meshes are made.
     pub settings: Settings,
 }
 
-/// What a run is at, for a progress display.
+/// Events of a run, for a progress display.
 #[derive(Debug, Clone, Copy)]
-pub enum Progress {
+pub enum Event {
     /// Objects are being prepared.
     Preparing {
-        /// How many.
+        /// Number of objects.
         objects: usize,
     },
     /// One object is prepared.
     Prepared,
     /// Meshes are being made.
     Making {
-        /// How many are wanted.
+        /// Number of meshes wanted.
         meshes: usize,
-        /// How many of these earlier runs have finished.
+        /// Number of them that earlier runs have finished.
         kept: usize,
     },
     /// Some meshes are finished.
     Made {
-        /// How many.
+        /// Number of meshes finished since the last such event.
         meshes: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! Who dents what: units and meshes, numbered by the sources, the count and the seed alone.
+//! The plan of a dataset: units of work and meshes, whose numbers depend on the sources, the count and the seed alone.
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -9,14 +9,14 @@ use crate::error::DatasetError;
 use crate::object::Object;
 use crate::shard::Shard;
 
-/// Digits of a mesh's number in its file name, at least.
+/// Least number of digits of a mesh's number in its file name.
 const DIGITS_MIN: usize = 4;
 
 /// One grasp of one object with its intensities.
 pub struct Unit {
     /// Index of the object.
     pub object: usize,
-    /// From 0 within the object.
+    /// Number of the unit within the object, from 0.
     pub number: usize,
     /// Where the fingers press.
     pub grasp: Grasp,
@@ -24,19 +24,19 @@ pub struct Unit {
     pub meshes: Range<usize>,
 }
 
-/// What is made of one object.
+/// The units of one object.
 pub struct ObjectPlan {
-    /// In the order of the seed.
+    /// The units, in the random order that the seed gives.
     pub units: Vec<Unit>,
-    /// Meshes of all units.
+    /// Number of meshes of all units.
     pub meshes: usize,
-    /// Handles that come before the last unit's in the order of the seed, and that the gripper refuses.
+    /// Number of handles before the last unit's, in the order of the seed, at which the gripper cannot press.
     pub refused_handles: usize,
 }
 
 impl ObjectPlan {
-    /// The first accepted grasps in the order of the seed. A grasp that the gripper refuses takes no number. `count`
-    /// is that of meshes; without one it is that of the paper's sampling ratio.
+    /// Takes the first feasible grasps in the order of the seed; infeasible ones get no number. `count` is the number of
+    /// meshes; `None`: as many as the paper's sampling ratio gives.
     ///
     /// # Errors
     /// There are too few grasps for the count.

@@ -19,7 +19,7 @@ const FONT: &str = "sans-serif";
 const FILL: RGBColor = RGBColor(86, 130, 178);
 const LINE: RGBColor = RGBColor(32, 60, 96);
 
-/// Where the plots go: one of each object, in this order, then the one of all.
+/// Paths of the plots: one for each object, in this order, then one for all objects together.
 pub fn paths<'a>(folder: &Folder, objects: impl Iterator<Item = &'a str>) -> Vec<PathBuf> {
     let of_object = |object| folder.root().join(format!("losses-{object}.png"));
     let mut paths: Vec<PathBuf> = objects.map(of_object).collect();

@@ -13,7 +13,7 @@ pub const COMMIT: &str = env!("DATASET_COMMIT");
 /// Everything that determines a dataset.
 #[derive(Debug, Serialize)]
 pub struct Record {
-    /// Of this program.
+    /// Version of this program.
     version: &'static str,
     commit: &'static str,
     seed: u64,
@@ -40,7 +40,7 @@ struct ObjectRecord {
 }
 
 impl Record {
-    /// Of the objects and what is made of each.
+    /// The record of a dataset made of these objects by these plans.
     pub fn new(objects: &[Object], plans: &[ObjectPlan], seed: u64, settings: &Settings) -> Self {
         let record = |(object, plan): (&Object, &ObjectPlan)| ObjectRecord {
             name: object.name.clone(),
@@ -64,16 +64,16 @@ impl Record {
         }
     }
 
-    /// As in the file.
+    /// The text of run.yaml.
     ///
     /// # Errors
-    /// Never, as long as all fields have a text.
+    /// A value cannot be formatted; this does not happen with records made by [`Record::new`].
     pub fn to_yaml(&self) -> Result<String, serde_yaml::Error> {
         serde_yaml::to_string(self)
     }
 }
 
-/// Where two records differ, as "what: there, here", with the path of each value.
+/// Lists the differences of two records as "path: value there, value here".
 pub fn differences(there: &Value, here: &Value) -> Vec<String> {
     let mut found = Vec::new();
     compare("", Some(there), Some(here), &mut found);

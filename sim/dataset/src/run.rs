@@ -1,4 +1,4 @@
-//! The work on one folder: which units are finished, the making of the others, the end.
+//! A run on one folder: finds the finished units, makes the others, completes the dataset.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -14,11 +14,11 @@ use crate::journal::Journal;
 use crate::manifest::Row;
 use crate::mesh_file;
 use crate::object::Object;
-use crate::order::{Order, Progress};
+use crate::order::{Event, Order};
 use crate::plan::{ObjectPlan, Unit, file_name};
 use crate::plot;
 
-/// A dataset in the making.
+/// A run that makes a dataset.
 pub struct Run<'a> {
     order: &'a Order,
     objects: &'a [Object],
@@ -27,7 +27,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Of objects with their plans.
+    /// A run for these objects and their plans.
     pub fn new(
         order: &'a Order,
         objects: &'a [Object],
@@ -42,12 +42,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Where it is made.
+    /// The dataset's folder.
     pub fn folder(&self) -> &Folder {
         &self.folder
     }
 
-    /// Meshes of all units of this shard.
+    /// Number of meshes of all units of this shard.
     pub fn mesh_count(&self) -> usize {
         self.units().map(|unit| unit.meshes.len()).sum()
     }
@@ -66,8 +66,8 @@ impl<'a> Run<'a> {
         (self.objects[unit.object].name.clone(), n)
     }
 
-    /// Rows of the units that earlier runs have finished, whose meshes are as they were made. They stay in the journal,
-    /// or in the manifest where nothing is missing.
+    /// Rows of the units that earlier runs have finished and whose mesh files are unchanged. They stay in the journal, or
+    /// in the manifest if nothing is missing.
     ///
     /// # Errors
     /// The journal or the manifest cannot be read.
@@ -87,7 +87,7 @@ impl<'a> Run<'a> {
         let rows: Vec<Row> =
             pool.install(|| units.par_iter().filter_map(of_unit).flatten().collect());
         let rows = keyed(rows);
-        // Of a finished dataset, meshes were removed: it becomes an unfinished one.
+        // Meshes of a finished dataset were removed or changed: it becomes an unfinished one.
         if manifest.is_some() && rows.len() < self.mesh_count() {
             journal.clear()?;
             journal.append(&self.in_order(&rows))?;
@@ -96,7 +96,7 @@ impl<'a> Run<'a> {
         Ok(rows)
     }
 
-    /// Makes the units that have no rows yet, and adds theirs.
+    /// Makes the units that have no rows yet, and adds their rows.
     ///
     /// # Errors
     /// A mesh cannot be made or written, or `stop` became true.
@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
         journal: Journal,
         rows: &mut Rows,
         stop: &AtomicBool,
-        show: &(dyn Fn(Progress) + Sync),
+        show: &(dyn Fn(Event) + Sync),
     ) -> Result<Journal, DatasetError> {
         let is_left = |unit: &&Unit| !rows.contains_key(&self.key(unit, unit.meshes.start));
         let left: Vec<&Unit> = self.units().filter(is_left).collect();
@@ -130,14 +130,14 @@ impl<'a> Run<'a> {
                     Ok(unit.meshes.len())
                 });
                 match kept {
-                    Ok(meshes) => show(Progress::Made { meshes }),
+                    Ok(meshes) => show(Event::Made { meshes }),
                     Err(error) => {
                         lock(&failure).get_or_insert(error);
                     }
                 }
             }
         };
-        // Each thread takes units in turn; at the end those without one help the others with theirs.
+        // Each thread takes units in turn; threads without one then help with the parallel sums of the last ones.
         pool.broadcast(|_| work());
         match unlocked(failure) {
             Some(error) => Err(error),
@@ -150,8 +150,8 @@ impl<'a> Run<'a> {
         objects.try_for_each(|object| self.folder.make_object(&object.name))
     }
 
-    /// Makes the meshes of one grasp. Where it cannot be dented, its meshes keep their numbers, and rows say why they
-    /// are not there: the other numbers must not depend on it.
+    /// Makes the meshes of one grasp. If it cannot be dented, its meshes keep their numbers and their rows say why they are
+    /// missing, so that the numbers of other meshes do not depend on it.
     fn make_unit(&self, unit: &Unit) -> Result<Vec<Row>, DatasetError> {
         let (object, seed) = (&self.objects[unit.object], self.order.seed);
         let asked_m = &self.order.settings.intensities_m[..unit.meshes.len()];
@@ -171,7 +171,8 @@ impl<'a> Run<'a> {
         unit.meshes.clone().zip(&dents).map(place).collect()
     }
 
-    /// Draws the plots and, last, writes the manifest: where it is, all is. Returns the plots.
+    /// Draws the plots and writes the manifest last, so that its existence means that the dataset is complete. Returns the
+    /// paths of the plots.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -193,7 +194,7 @@ impl<'a> Run<'a> {
         Ok(plots)
     }
 
-    /// By object, in the order of the sources, then by number.
+    /// The rows sorted by object, in the order of the sources, then by number.
     pub fn in_order(&self, rows: &Rows) -> Vec<Row> {
         let of = |object: &Object| {
             let name = object.name.clone();

@@ -1,4 +1,4 @@
-//! What determines how meshes are made, apart from sources, count and seed.
+//! Settings of making meshes, apart from sources, count and seed.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::error::DatasetError;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Intensities of each grasp, m, rising: each dent starts from the one before (paper Sec. IV-B 7).
+    /// Intensities of each grasp, m, ascending: each dent starts from the one before (paper Sec. IV-B 7).
     pub intensities_m: Vec<f64>,
-    /// From a scan to a mesh.
+    /// How a scan becomes a mesh.
     pub reconstruct: sim_reconstruct::Settings,
-    /// From a mesh to a dented one.
+    /// How a mesh is dented.
     pub dent: sim_deform::Settings,
 }
 
@@ -29,10 +29,10 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Reads a YAML file; what it leaves out is as in [`Settings::default`].
+    /// Reads a YAML file; settings that it leaves out have the values of [`Settings::default`].
     ///
     /// # Errors
-    /// The file cannot be read, has an unknown key or a value that cannot be meant.
+    /// The file cannot be read, has an unknown key or a value out of range.
     pub fn read(file: &Path) -> Result<Self, DatasetError> {
         let text = std::fs::read_to_string(file).map_err(DatasetError::io("read", file))?;
         let refuse = |reason| DatasetError::Settings {

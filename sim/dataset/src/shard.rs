@@ -13,7 +13,7 @@ pub struct Shard {
     of: usize,
 }
 
-/// A text that names no shard.
+/// A text that is no shard.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("'{text}' is no shard: expected K/N with 1 <= K <= N, like 2/4")]
 pub struct NoShard {
@@ -22,12 +22,12 @@ pub struct NoShard {
 }
 
 impl Shard {
-    /// From 1.
+    /// Number of this shard, from 1.
     pub fn number(self) -> usize {
         self.number
     }
 
-    /// How many shards make the whole.
+    /// Number of shards of the whole dataset.
     pub fn of(self) -> usize {
         self.of
     }

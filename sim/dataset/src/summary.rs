@@ -1,4 +1,4 @@
-//! What a run did, for people and programs.
+//! Summary of a run, as text and as JSON.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,39 +8,39 @@ use serde::Serialize;
 use crate::folder::Folder;
 use crate::manifest::Row;
 
-/// What is in the folder now, and what the run did for it.
+/// The contents of the folder after a run, and the run's share of them.
 #[derive(Debug, Serialize)]
 pub struct Summary {
-    /// The folder.
+    /// The dataset's folder.
     pub out: PathBuf,
-    /// One row a mesh.
+    /// manifest.csv, with one row a mesh.
     pub manifest: PathBuf,
-    /// What determines the dataset.
+    /// run.yaml, with everything that determines the dataset.
     pub record: PathBuf,
-    /// Losses by intensity: of each object, and of all.
+    /// Plots of the losses by intensity, for each object and for all together.
     pub plots: Vec<PathBuf>,
-    /// Meshes in the folder.
+    /// Number of meshes in the folder.
     pub meshes: usize,
-    /// Meshes dented less than asked.
+    /// Number of meshes dented less than asked.
     pub clamped: usize,
-    /// Meshes that are not there, since the object could not be dented so.
+    /// Number of meshes that are missing because the object could not be dented there.
     pub refused: usize,
-    /// What to look at before the meshes are used; empty where all is well.
+    /// What to check before the meshes are used; empty if nothing looks wrong.
     pub warnings: Vec<String>,
-    /// Rows of earlier runs.
+    /// Number of rows of earlier runs.
     pub kept: usize,
-    /// Rows of this run.
+    /// Number of rows of this run.
     pub made: usize,
-    /// Time of this run.
+    /// Duration of this run, s.
     pub seconds: f64,
-    /// Rows of this run a second.
+    /// Rows of this run per second.
     pub meshes_per_second: f64,
-    /// Most memory of this process, MiB; `None` where the system does not say.
+    /// Peak memory of this process, MiB; `None` where the system does not tell.
     pub peak_memory_mib: Option<f64>,
 }
 
 impl Summary {
-    /// Counts what the rows say; `kept` of them are from earlier runs. `doubts` are about the objects' meshes.
+    /// Summarises the rows, of which `kept` are from earlier runs. `doubts` concern the objects' meshes.
     pub fn new(
         folder: &Folder,
         rows: &[Row],

@@ -6,7 +6,7 @@ mod common;
 use std::fs;
 use std::process::Stdio;
 
-use common::{QUICK, assert_same, merge, program, refusal, run, stderr, tree};
+use common::{QUICK, assert_same, merge, program, refusal, shards_and_whole, stderr, tree};
 
 #[test]
 fn nothing_is_touched_in_a_folder_that_is_refused() {
@@ -28,12 +28,7 @@ fn nothing_is_touched_in_a_folder_that_is_refused() {
 
 #[test]
 fn a_merge_takes_no_file_for_a_mesh_that_is_none() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    let [one, two, out, whole] = ["one", "two", "out", "whole"].map(path);
-    run(&format!("{QUICK} --shard 1/2"), &one);
-    run(&format!("{QUICK} --shard 2/2"), &two);
-    run(QUICK, &whole);
+    let (_folder, [one, two, out, whole]) = shards_and_whole("out");
     assert!(merge(&out, &[&one, &two]).status().unwrap().success());
     // As a kill leaves it, and then somebody puts another file there. The meshes are links: it must be a file of its own.
     fs::remove_file(out.join("manifest.csv")).unwrap();

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{QUICK, assert_same, merge, program, refusal, run, tree};
+use common::{QUICK, assert_same, merge, program, refusal, run, shards_and_whole, tree};
 
 #[test]
 fn wrong_usage_is_code_2_and_leaves_nothing() {
@@ -181,12 +181,7 @@ fn parts_that_do_not_make_a_whole_are_refused_by_name() {
 
 #[test]
 fn a_merge_that_was_interrupted_goes_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    let [one, two, out, whole] = ["one", "two", "out", "whole"].map(path);
-    run(&format!("{QUICK} --shard 1/2"), &one);
-    run(&format!("{QUICK} --shard 2/2"), &two);
-    run(QUICK, &whole);
+    let (_folder, [one, two, out, whole]) = shards_and_whole("out");
     assert!(merge(&out, &[&one, &two]).status().unwrap().success());
     // As a kill leaves it: the record, and some of the rest.
     fs::remove_file(out.join("manifest.csv")).unwrap();
@@ -256,12 +251,7 @@ fn a_full_disk_leaves_only_whole_meshes_and_the_run_goes_on_later() {
 
 #[test]
 fn parts_are_copied_to_another_disk() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    let [one, two, disk, whole] = ["one", "two", "disk", "whole"].map(path);
-    run(&format!("{QUICK} --shard 1/2"), &one);
-    run(&format!("{QUICK} --shard 2/2"), &two);
-    run(QUICK, &whole);
+    let (_folder, [one, two, disk, whole]) = shards_and_whole("disk");
     let Some(_mounted) = SmallDisk::mount(&disk, "size=1g") else {
         return;
     };

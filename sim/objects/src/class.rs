@@ -60,7 +60,7 @@ impl ObjectClass {
         }
     }
 
-    /// Whether it is a thin wall round nothing, which stays bent; a ball springs back.
+    /// Whether the object is a hollow, thin-walled one, whose dents stay; a ball springs back.
     pub fn is_hollow(self) -> bool {
         !matches!(
             self,

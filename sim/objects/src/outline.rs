@@ -1,10 +1,10 @@
 //! The outlines of the objects, in millimetres, as measured on scans of the real ones.
 //!
-//! What a scanner cannot see (the inside of a cup, the bottom of a can) follows the usual make of such objects. Cans and
-//! cups: radius and height, from the axis at the bottom, outward and up, to the axis again. Balls: angle from the top in
-//! degrees, and radius.
+//! Parts that a scanner cannot see (the inside of a cup, the bottom of a can) follow the usual make of such objects.
+//! Outlines of cans and cups: radius and height, from the axis at the bottom, outward and up, to the axis again. Outlines of
+//! balls: angle from the top in degrees, and radius.
 
-/// Foam basketball, with the foot that the scanner's stand has left.
+/// Foam basketball; the scan shows the scanner's stand as a foot.
 pub(crate) const TINY_BALL_MM: &[[f32; 2]] = &[
     [0.0, 32.1],
     [15.0, 31.3],
@@ -24,7 +24,7 @@ pub(crate) const TINY_BALL_MM: &[[f32; 2]] = &[
     [180.0, 31.7],
 ];
 
-/// Tennis ball, with a foot like the other's.
+/// Tennis ball; the scan shows the stand as a foot, too.
 pub(crate) const SMALL_BALL_MM: &[[f32; 2]] = &[
     [0.0, 32.6],
     [15.0, 32.5],

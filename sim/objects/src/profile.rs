@@ -6,7 +6,7 @@ pub(crate) const SEGMENTS: usize = 64;
 const STEP_M: f32 = 0.006;
 const BALL_RINGS: usize = 48;
 
-/// A closed outline (radius, height) in metres of corners in millimetres, with more points between them.
+/// Converts a closed outline (radius, height) from mm to m and subdivides its segments.
 pub(crate) fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
     let metres = |p: [f32; 2]| p.map(|length_mm| length_mm / 1000.0);
     let mut outline_m = vec![metres(outline_mm[0])];

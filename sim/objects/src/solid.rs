@@ -1,4 +1,4 @@
-//! Solids of any form, from which a classifier learns that there is more than the eight objects.
+//! Random solids. A classifier learns from them to call objects other than the eight unknown.
 
 use mesh::{Mesh, revolve};
 use rand::{Rng, RngExt};
@@ -8,8 +8,8 @@ use crate::variation::Variation;
 
 const SEGMENTS: usize = 48;
 
-/// A random solid in the object frame, 3 to 20 cm high, that none of the eight is as large as on all three sides: a random
-/// outline turned about z, with a random cross-section.
+/// A random solid in the object frame, 3 to 20 cm high: a random outline turned about z, with a random cross-section. Solids
+/// with nearly the same extents as one of the eight objects are drawn again.
 pub fn random_solid(random: &mut impl Rng) -> Mesh {
     loop {
         let mesh = solid(random);

@@ -37,6 +37,16 @@ pub fn refusal(command: &mut Command, code: i32) -> String {
     said
 }
 
+/// The folders of both shards of the quick dataset, of one that is still to be made, and of the whole.
+pub fn shards_and_whole(empty: &str) -> (tempfile::TempDir, [PathBuf; 4]) {
+    let folder = tempfile::tempdir().unwrap();
+    let folders = ["one", "two", empty, "whole"].map(|name| folder.path().join(name));
+    run(&format!("{QUICK} --shard 1/2"), &folders[0]);
+    run(&format!("{QUICK} --shard 2/2"), &folders[1]);
+    run(QUICK, &folders[3]);
+    (folder, folders)
+}
+
 /// Joins parts.
 pub fn merge(out: &Path, parts: &[&Path]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_generate_dataset"));
