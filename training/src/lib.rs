@@ -1,7 +1,7 @@
 //! Trains the classifier on simulated scans (paper, Sec. V and VI) and measures it.
 //!
-//! [`data`] makes labelled clouds, [`network`] holds what is trained and writes it to a model file, [`training`] fits one to
-//! the other, [`evaluation`] counts right answers, [`run`] does all of it in one go, and [`study`] does many runs.
+//! [`data`] makes labelled clouds, [`network`] defines the networks and writes them to model files, [`training`] fits a
+//! network to clouds, [`evaluation`] measures it, [`run`] does all of it in one go, and [`study`] does many runs.
 
 pub mod code;
 pub mod data;

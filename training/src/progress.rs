@@ -1,4 +1,4 @@
-//! What a run is at, and its progress bar.
+//! Progress of a run, and its progress bar.
 
 use std::io::IsTerminal;
 
@@ -7,31 +7,31 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::training::epoch::EpochReport;
 use crate::training::trainer::Event;
 
-/// What the run is at, for a progress display.
+/// Events of a run, for a progress display.
 #[derive(Debug, Clone, Copy)]
 pub enum Stage {
     /// Scans are being made.
     Scanning {
-        /// How many specimens.
+        /// Number of specimens.
         specimens: usize,
     },
     /// Clouds are being made of meshes.
     Sampling {
-        /// How many meshes.
+        /// Number of meshes.
         meshes: usize,
     },
     /// One specimen or mesh is finished.
     Scanned,
     /// The network is being trained.
     Training {
-        /// Steps at most.
+        /// Largest possible number of steps.
         steps: usize,
     },
-    /// What happens meanwhile.
+    /// An event of training.
     Trained(Event),
 }
 
-/// Shows what a run is at.
+/// Updates the progress bar.
 pub fn show(bar: &ProgressBar, stage: Stage) {
     match stage {
         Stage::Scanning { specimens } => begin(bar, specimens, "scanning specimens"),
@@ -58,7 +58,7 @@ pub fn show(bar: &ProgressBar, stage: Stage) {
     }
 }
 
-/// Without a terminal there is no bar; then a line for each tenth.
+/// Advances the bar; without a terminal, prints a line for each tenth instead.
 fn advance(bar: &ProgressBar) {
     bar.inc(1);
     let (done, length) = (bar.position(), bar.length().unwrap_or(0));

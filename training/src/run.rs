@@ -24,58 +24,58 @@ use crate::training::checkpoint::Checkpoint;
 use crate::training::epoch::EpochReport;
 use crate::training::trainer::train;
 
-/// What to train, on what, and where it goes.
+/// The order for a training run.
 #[derive(Debug, Clone)]
 pub struct Order {
-    /// Everything that determines the run, but the datasets.
+    /// Everything that determines the run, except the datasets.
     pub settings: Settings,
-    /// Folders of meshes to train on; none for simulated scans.
+    /// Dataset folders to train on; may be empty for the robot's network.
     pub datasets: Vec<PathBuf>,
-    /// Where datasets and runs go.
+    /// Folder for clouds and runs.
     pub output: PathBuf,
-    /// Where the model goes.
+    /// Path of the model file.
     pub model: PathBuf,
     /// What runs the network.
     pub backend: Backend,
-    /// Whether clouds are made again and an interrupted run is forgotten.
+    /// Whether to ignore cached clouds and an interrupted run.
     pub fresh: bool,
 }
 
-/// What a run achieved.
+/// Results of a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Results {
-    /// Made from the settings, so that the same run has the same name.
+    /// Fingerprint of settings and data: the same run has the same name.
     pub run_id: String,
-    /// The model file.
+    /// Path of the model file.
     pub model: PathBuf,
-    /// Its size.
+    /// Size of the model file.
     pub model_bytes: u64,
-    /// Trainable values of the network.
+    /// Number of trainable parameters.
     pub parameter_count: usize,
-    /// Clouds that were learned from.
+    /// Number of training clouds.
     pub train_clouds: usize,
-    /// Clouds that chose the best epoch.
+    /// Number of validation clouds.
     pub validation_clouds: usize,
-    /// Share of the validation clouds named rightly.
+    /// Share of right answers about the validation clouds.
     pub validation_accuracy: f64,
-    /// By which the logits are divided, so that probabilities are as often right as they say.
+    /// T of temperature scaling: the logits are divided by it.
     pub temperature: f64,
-    /// Score below which a cloud is called unknown.
+    /// Known score (negative energy) below which a cloud is called unknown.
     pub known_threshold: f64,
-    /// The validation clouds' answers.
+    /// Confusion matrix of the validation clouds.
     pub confusion: Confusion,
-    /// Answers about clouds that nothing was chosen by; only of a dataset of meshes.
+    /// Result on the test set, which only datasets of meshes have.
     pub test: Option<TestResult>,
-    /// Each epoch.
+    /// Losses and accuracies of each epoch.
     pub history: Vec<EpochReport>,
 }
 
-/// Makes or finds the clouds in `output`, trains, writes the model file, and run.yaml in a folder of `output`. A run that
-/// was interrupted goes on after its last whole epoch, and ends with the same bytes. Clouds and unfinished runs of other
-/// code are not taken up.
+/// Makes the clouds or finds them in `output`, trains, writes the model file, and writes run.yaml in a folder of `output`. An
+/// interrupted run resumes after its last complete epoch and ends with the same bytes. Clouds and unfinished runs of other
+/// code are not reused.
 ///
 /// # Errors
-/// A setting is impossible, a file cannot be read or written, or training fails. The model file is then as before.
+/// A setting is out of range, a file cannot be read or written, or training fails. The model file is then unchanged.
 pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     let settings = &order.settings;
     settings.validate()?;
@@ -129,7 +129,7 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
 /// The name of a run with these settings on this data.
 ///
 /// # Errors
-/// The settings have no text.
+/// The settings cannot be written as YAML.
 pub fn run_id(settings: &Settings, source: &Source) -> Result<String> {
     Ok(format!(
         "{}-{}",
@@ -138,7 +138,7 @@ pub fn run_id(settings: &Settings, source: &Source) -> Result<String> {
     ))
 }
 
-/// Keeps other runs with the same settings away, which would write the same files, until it is dropped.
+/// Locks the run's folder until the file is dropped: another run with the same settings would write the same files.
 fn lock(folder: &Path) -> Result<File> {
     let path = folder.join("lock");
     let unlocked = std::fs::create_dir_all(folder).and_then(|()| File::create(&path));

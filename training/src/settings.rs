@@ -14,29 +14,29 @@ use sim_scan::ScanParameters;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Everything random comes from this.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// Specimens of each class to train on.
+    /// Number of training specimens of each class.
     pub specimens_per_class: usize,
-    /// Random solids to train on beside them, so that the model learns what is none of its classes.
+    /// Number of random solids to train on beside them, from which the model learns to call objects unknown.
     pub strangers: usize,
-    /// Specimens of each class, and random solids, to choose the best epoch by.
+    /// Number of validation specimens of each class, and of random solids.
     pub validation_specimens_per_class: usize,
     /// N, points of a cloud that the network sees.
     pub point_count: usize,
     /// How clouds are centred: `box`, `centroid` or `sphere`.
     pub centring: String,
-    /// Share of the validation clouds that count as known.
+    /// Share of the validation clouds that the threshold of the known score accepts, 0 to 1.
     pub known_share: f64,
-    /// Which network.
+    /// Which network to train.
     pub network: NetworkKind,
     /// Widths of the robot's network.
     pub architecture: Architecture,
     /// Design choices of the paper's network.
     pub paper: PaperArchitecture,
-    /// How to train.
+    /// Parameters of the optimisation.
     pub training: TrainingParameters,
-    /// How scans vary.
+    /// Random variation of the simulated scans.
     pub scans: ScanParameters,
     /// How the meshes of a dataset become clouds.
     pub meshes: MeshSampling,
@@ -67,7 +67,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// What the paper trains: N = 62, 50 epochs of Adam without weight decay.
+    /// The paper's settings: N = 62, 50 epochs of Adam without weight decay.
     pub fn of_paper() -> Self {
         let mut settings = Self {
             network: NetworkKind::Paper,
@@ -94,10 +94,10 @@ impl Settings {
         self.network == NetworkKind::Paper && self.paper.normals
     }
 
-    /// Refuses what cannot be meant.
+    /// Checks that every setting is in its range.
     ///
     /// # Errors
-    /// The first setting that is out of its range.
+    /// Names the first setting that is not.
     pub fn validate(&self) -> Result<()> {
         self.check_ranges()?;
         self.centring()?;
@@ -111,7 +111,7 @@ impl Settings {
     /// How clouds are centred.
     ///
     /// # Errors
-    /// The text is none of the three.
+    /// The text is none of `box`, `centroid` and `sphere`.
     pub fn centring(&self) -> Result<Centring, ParameterError> {
         let refuse =
             |()| ParameterError::new("centring", &self.centring, "box, centroid or sphere");
@@ -127,7 +127,6 @@ impl Settings {
         )?;
         in_range("strangers", self.strangers, 0..=1_000_000, "")?;
         in_range("point_count", self.point_count, 8..=4096, "")?;
-        in_range("known_share", self.known_share, 0.0..=1.0, "")?;
         let Architecture {
             transformer_features,
             features,
@@ -140,33 +139,30 @@ impl Settings {
         count("epochs", self.training.epochs)?;
         count("batch_size", self.training.batch_size)?;
         count("patience", self.training.patience)?;
-        in_range("learning_rate", self.training.learning_rate, 0.0..=1.0, "")?;
-        in_range("weight_decay", self.training.weight_decay, 0.0..=1.0, "")?;
+        let training = &self.training;
+        for (name, share) in [
+            ("known_share", self.known_share),
+            ("learning_rate", training.learning_rate),
+            ("weight_decay", training.weight_decay),
+            ("table_share", self.scans.table_share),
+            ("undented_share", self.scans.undented_share),
+            ("flattened_share", self.scans.flattened_share),
+            ("test_share", self.meshes.test_share),
+            ("validation_share", self.meshes.validation_share),
+        ] {
+            in_range(name, share, 0.0..=1.0, "")?;
+        }
         in_range("view_count", self.scans.view_count, 1..=100, "")?;
-        in_range("table_share", self.scans.table_share, 0.0..=1.0, "")?;
-        in_range("undented_share", self.scans.undented_share, 0.0..=1.0, "")?;
-        in_range("flattened_share", self.scans.flattened_share, 0.0..=1.0, "")?;
-        self.check_meshes()
-    }
-
-    fn check_meshes(&self) -> Result<(), ParameterError> {
-        let MeshSampling {
-            surface_points,
-            kept_points,
-            test_share,
-            validation_share,
-        } = self.meshes;
+        let (surface_points, kept_points) = (self.meshes.surface_points, self.meshes.kept_points);
         in_range("surface_points", surface_points, 1..=1_000_000, "")?;
-        in_range("kept_points", kept_points, 1..=4096, "")?;
-        in_range("test_share", test_share, 0.0..=1.0, "")?;
-        in_range("validation_share", validation_share, 0.0..=1.0, "")
+        in_range("kept_points", kept_points, 1..=4096, "")
     }
 }
 
-/// A name for settings: 64-bit FNV-1a of their text.
+/// A short fingerprint of settings: 64-bit FNV-1a of their YAML text, in hexadecimal digits.
 ///
 /// # Errors
-/// They have no text.
+/// The settings cannot be written as YAML.
 pub fn fingerprint(settings: &impl Serialize) -> Result<String> {
     let text = serde_yaml::to_string(settings).context("cannot write settings")?;
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {

@@ -25,14 +25,7 @@ fn shipped_model() -> Model {
 fn view(scene: &Scene, placement: &Placement, noise: &mut Noise) -> Vec<Point3<f32>> {
     let image = render_view(scene, placement, &D435I, Some(noise));
     let bytes = image.to_le_bytes();
-    let image = DepthImage {
-        width: D435I.width,
-        height: D435I.height,
-        step: 2 * D435I.width,
-        encoding: "16UC1",
-        is_bigendian: false,
-        data: &bytes,
-    };
+    let image = DepthImage::of_millimetres(D435I.width, D435I.height, &bytes);
     Thresholder::new(Default::default())
         .unwrap()
         .points(&image, &D435I)

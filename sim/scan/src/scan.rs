@@ -108,14 +108,7 @@ pub fn capture(
         };
         let image = noise.apply(renderer.render(&setup.scene, &placement), &WINDOW);
         let bytes = image.to_le_bytes();
-        let image = DepthImage {
-            width: WINDOW.width,
-            height: WINDOW.height,
-            step: 2 * WINDOW.width,
-            encoding: "16UC1",
-            is_bigendian: false,
-            data: &bytes,
-        };
+        let image = DepthImage::of_millimetres(WINDOW.width, WINDOW.height, &bytes);
         let mut points = thresholder.points(&image, &WINDOW)?;
         points.retain(|point| setup.is_in_image(point));
         let believed_hand_from_camera =

@@ -15,9 +15,9 @@ use training::settings::Settings;
 
 /// Trains a model on simulated scans of the eight objects and of your own, or on datasets of meshes seen from all sides.
 ///
-/// The clouds go through the code of the nodes, and are kept for the next run of this program with the same settings. The run's settings
-/// and results are written to run.yaml in the run's folder. Started again after an interruption, the same command goes
-/// on after the last whole epoch.
+/// The clouds go through the code of the nodes, and are kept for the next run of this program with the same settings. The
+/// run's settings and results are written to run.yaml in the run's folder. Started again after an interruption, the same
+/// command resumes after the last complete epoch.
 #[derive(Debug, Parser)]
 #[command(
     name = "train",
@@ -84,7 +84,7 @@ fn parse_centring(text: &str) -> Result<Centring, String> {
 }
 
 impl Arguments {
-    /// What is shipped is replaced only by who says so.
+    /// The default is not the shipped model, which is replaced only on request.
     fn model(&self) -> PathBuf {
         let default = || self.output.join("model.onnx");
         self.model.clone().unwrap_or_else(default)

@@ -1,20 +1,20 @@
-//! Changes that leave a cloud's class as it is.
+//! Data augmentation: random changes of a cloud that keep its class.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-/// Sizes of the changes. Each cloud is also turned by any angle about the up axis, and mirrored half the time: an
-/// object stands in the hand, or before the camera, any way round.
+/// Magnitudes of the changes. Each cloud is also turned by a uniformly random angle about the up axis and mirrored with
+/// probability ½, since an object may be held in any of these ways.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Augmentation {
-    /// Largest turn away from upright.
+    /// Largest tilt away from upright.
     pub tilt_rad: f64,
-    /// Standard deviation of a move of the whole cloud, along each axis.
+    /// Standard deviation of the whole cloud's translation along each axis.
     pub shift_m: f64,
-    /// Standard deviation of a move of each point, along each axis.
+    /// Standard deviation of each point's translation along each axis.
     pub jitter_m: f64,
 }
 
@@ -57,7 +57,7 @@ pub fn augment(
     }
 }
 
-/// A random turn, lean and mirroring of vectors.
+/// A random rotation about the up axis, tilt and mirroring, as a map of vectors.
 fn turn(tilt_rad: f64, random: &mut Pcg64Mcg) -> impl Fn([f32; 3]) -> [f32; 3] {
     let turn_rad = random.random_range(0.0..std::f32::consts::TAU);
     let lean_rad = random.random_range(0.0..=tilt_rad) as f32;

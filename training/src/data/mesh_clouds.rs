@@ -16,13 +16,13 @@ use super::split::{SplitSettings, split};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MeshSampling {
-    /// Points spread over the surface, uniformly by area, of which the node's preprocessing chooses.
+    /// Points sampled uniformly by area from the surface; the node's preprocessing chooses among them.
     pub surface_points: usize,
-    /// P, points of a cloud that are kept; the network sees the first N. At least N, else N.
+    /// P, points of a cloud that are kept in the file; the network sees the first N. Values below N count as N.
     pub kept_points: usize,
-    /// Share of the meshes that are only tested on (paper, Sec. VI-B.1).
+    /// Share of the meshes in the test set (paper, Sec. VI-B.1); 0 to 1.
     pub test_share: f64,
-    /// Share of the others that choose the best epoch.
+    /// Share of the other meshes in the validation set; 0 to 1.
     pub validation_share: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A dataset folder as `generate_dataset` makes it: what is in it, and whether it is whole.
+//! Reads a dataset folder that `generate_dataset` made, and checks that it is complete.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs;
@@ -19,7 +19,7 @@ pub struct MeshFile {
     pub path: PathBuf,
     /// Index of its object in [`MeshDataset::labels`].
     pub label: u32,
-    /// Which grasp made it, unique in the dataset. Its meshes differ only in how deep they are pressed.
+    /// Number of its grasp, unique in the dataset. Meshes of one grasp differ only in the depth of the dent.
     pub grasp: usize,
     /// The vertices that the two fingers pressed.
     pub handles: [u32; 2],
@@ -31,19 +31,19 @@ pub struct MeshFile {
 pub struct MeshDataset {
     /// Names of the objects: the paper's eight in their order, then others by name.
     pub labels: Vec<String>,
-    /// In the order of the folders and of their manifests.
+    /// The meshes, in the order of the folders and of their manifests.
     pub meshes: Vec<MeshFile>,
-    /// Stands for all manifests, and so for every byte of the meshes.
+    /// Digest of all manifests, which hold the digests of all meshes.
     pub digest: String,
     /// SHA-256 of each folder's manifest.
     pub manifests: Vec<String>,
 }
 
 impl MeshDataset {
-    /// Reads the manifests, and sees that the folders hold their meshes and no others.
+    /// Reads the manifests, and checks that the folders hold the meshes listed there and no others.
     ///
     /// # Errors
-    /// A folder is none, is unfinished or damaged, lacks a mesh or has a foreign file.
+    /// A folder is no dataset, is unfinished or damaged, lacks a mesh or has a foreign file.
     pub fn open(folders: &[PathBuf]) -> Result<Self> {
         let (mut texts, mut manifests) = (Vec::new(), Vec::new());
         let mut rows: Vec<(usize, Made)> = Vec::new();
@@ -85,7 +85,7 @@ impl MeshFile {
     /// The mesh, in metres.
     ///
     /// # Errors
-    /// The file is not the one that the manifest was written for.
+    /// The file cannot be read, or its digest is not the manifest's.
     pub fn read(&self) -> Result<Mesh> {
         let path = self.path.display();
         let bytes = fs::read(&self.path).with_context(|| format!("cannot read {path}"))?;
@@ -123,7 +123,7 @@ fn manifest(folder: &Path) -> Result<Vec<u8>> {
 /// A row with its mesh's path.
 type Made = (PathBuf, Row);
 
-/// The rows with a mesh, each of which is there.
+/// The rows that have a mesh, after a check that each mesh file exists.
 fn meshes(folder: &Path, text: &[u8]) -> Result<Vec<Made>> {
     let manifest = Folder::at(folder).manifest();
     let rows = from_csv(text)
@@ -153,7 +153,7 @@ fn meshes(folder: &Path, text: &[u8]) -> Result<Vec<Made>> {
     Ok(made)
 }
 
-/// Files beside the meshes may be what a user meant to add.
+/// Refuses mesh files that the manifest does not list: a user may have meant to add them.
 fn refuse_foreign(folder: &Path, made: &[Made]) -> Result<()> {
     let known: HashSet<&PathBuf> = made.iter().map(|(path, _)| path).collect();
     for object in list(folder)?.iter().filter(|path| path.is_dir()) {
@@ -168,7 +168,7 @@ fn refuse_foreign(folder: &Path, made: &[Made]) -> Result<()> {
     Ok(())
 }
 
-/// Two objects of one name would become one label.
+/// Refuses an object whose name another folder has: both would become one label.
 fn refuse_known(folder: &Path, made: &[Made], known: &HashMap<String, &Path>) -> Result<()> {
     for (_, row) in made {
         if let Some(other) = known.get(&row.object) {

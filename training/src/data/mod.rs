@@ -1,4 +1,4 @@
-//! Labelled clouds: of simulated scans and of meshes, kept in files, changed at random while training.
+//! Labelled clouds: made of simulated scans and of meshes, stored in files, augmented at random during training.
 
 pub mod augment;
 pub mod clouds;

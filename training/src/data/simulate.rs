@@ -11,7 +11,7 @@ use sim_scan::{ScanParameters, ScannedObject, full_view, scan};
 use super::clouds::{LabelledClouds, Seen, Split};
 use super::specimens::Labelled;
 
-/// How clouds are made ready for the network; the part of the model's metadata that is known before training.
+/// Preprocessing of clouds for the network: the part of the model's metadata that is known before training.
 pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
     ModelMetadata {
         labels: ObjectClass::ALL
@@ -28,7 +28,7 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
     }
 }
 
-/// Clouds of all specimens as the network gets them: of each the whole surface, and what a scan gives after each view.
+/// Preprocessed clouds of all specimens: for each specimen the whole surface, and the fused cloud of a scan after each view.
 /// `finished` is called after each specimen.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn simulate(
     seed: u64,
     finished: impl Fn() + Sync,
 ) -> Result<LabelledClouds> {
-    // An object that is hardly in view has no answer on the robot either.
+    // Preprocessing refuses a cloud with too few points; the robot gives no answer for it either.
     let take = |object: &ScannedObject| preprocess(&object.points, &object.up, metadata).ok();
     let mut clouds = LabelledClouds::new(metadata.point_count, metadata.columns());
     for seen in see_all(labelled, parameters, seed, take, finished)? {
@@ -50,10 +50,10 @@ pub fn simulate(
     Ok(clouds)
 }
 
-/// What `take` makes of all specimens, with their labels: of the whole surface of each, and of what a scan gives after each
-/// view. It runs on all cores; the clouds themselves are not kept.
+/// Applies `take` to the clouds of all specimens and returns the results with their labels: for each specimen the whole
+/// surface, and the fused cloud of a scan after each view. Runs on all cores; the clouds themselves are dropped.
 ///
-/// The same arguments give the same clouds in the same order.
+/// The same arguments give the same results in the same order.
 ///
 /// # Errors
 /// A specimen cannot be made, or settings that a node refuses.

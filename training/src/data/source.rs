@@ -1,4 +1,4 @@
-//! Where clouds come from: simulated scans, or the whole surfaces of meshes. What was made once is kept.
+//! Sources of clouds: simulated scans, or the whole surfaces of meshes. Clouds are cached in files.
 
 use std::path::{Path, PathBuf};
 
@@ -20,34 +20,33 @@ use crate::network::NetworkKind;
 use crate::progress::Stage;
 use crate::settings::{Settings, fingerprint};
 
-/// Where clouds come from.
+/// Source of the clouds.
 #[derive(Debug, Clone)]
 pub enum Source {
-    /// Simulated scans of the eight objects, and of these meshes, which stand in for those of the eight that have their
-    /// name.
+    /// Simulated scans of the eight objects and of these meshes. Meshes with the name of one of the eight replace it.
     Scans(MeshDataset),
     /// Simulated scans of these meshes.
     ScansOf(MeshDataset),
-    /// Meshes, seen from all sides.
+    /// Points sampled from the whole surfaces of these meshes.
     Meshes(MeshDataset),
 }
 
 /// Clouds to train with.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Learned from.
+    /// Training set.
     pub train: LabelledClouds,
-    /// Choose the best epoch.
+    /// Validation set: chooses the best epoch.
     pub validation: LabelledClouds,
-    /// Seen only when all is decided.
+    /// Test set: evaluated once, after training; only of [`Source::Meshes`].
     pub test: Option<LabelledClouds>,
 }
 
 impl Source {
-    /// What this network learns from.
+    /// The source for the settings' network and these dataset folders.
     ///
     /// # Errors
-    /// A folder is no whole dataset, or there are less than two objects.
+    /// A folder is no complete dataset, or there are fewer than two objects.
     pub fn open(settings: &Settings, datasets: &[PathBuf]) -> Result<Self> {
         let dataset = MeshDataset::open(datasets)?;
         let network = settings.network;
@@ -75,16 +74,16 @@ impl Source {
         }
     }
 
-    /// A name for settings and data.
+    /// A fingerprint of settings and data, for file names.
     ///
     /// # Errors
-    /// The settings have no text.
+    /// The settings cannot be written as YAML.
     pub fn fingerprint(&self, settings: &Settings) -> Result<String> {
         let (Self::Scans(dataset) | Self::ScansOf(dataset) | Self::Meshes(dataset)) = self;
         fingerprint(&(settings, &dataset.digest))
     }
 
-    /// What the model file is to say of the data.
+    /// The entry of the model file that identifies the data.
     pub fn trained_on(&self, settings: &Settings) -> TrainedOn {
         let (Self::Scans(dataset) | Self::ScansOf(dataset) | Self::Meshes(dataset)) = self;
         TrainedOn {
@@ -93,7 +92,7 @@ impl Source {
         }
     }
 
-    /// The clouds, from the file of an earlier run with the same settings where there is one.
+    /// The clouds, taken from the file of an earlier run with the same settings and code if there is one.
     ///
     /// # Errors
     /// They cannot be made, written or read.
@@ -105,52 +104,114 @@ impl Source {
         fresh: bool,
         show: &(impl Fn(Stage) + Sync),
     ) -> Result<Data> {
+        let maker = Maker {
+            settings,
+            metadata,
+            output,
+            fresh,
+            show,
+        };
         match self {
-            Self::Scans(dataset) | Self::ScansOf(dataset) => {
-                scanned(dataset, settings, metadata, output, fresh, show)
-            }
-            Self::Meshes(dataset) => sampled(dataset, settings, metadata, output, fresh, show),
+            Self::Scans(dataset) | Self::ScansOf(dataset) => maker.scanned(dataset),
+            Self::Meshes(dataset) => maker.sampled(dataset),
         }
     }
 }
 
-fn scanned(
-    dataset: &MeshDataset,
-    settings: &Settings,
-    metadata: &ModelMetadata,
-    output: &Path,
+/// How clouds are made, and where they are cached.
+struct Maker<'a, S> {
+    settings: &'a Settings,
+    metadata: &'a ModelMetadata,
+    output: &'a Path,
+    /// Whether to ignore cached clouds.
     fresh: bool,
-    show: &(impl Fn(Stage) + Sync),
-) -> Result<Data> {
-    ensure!(
-        !metadata.normals,
-        "only the paper's network takes normals; give --network paper"
-    );
-    let determining = (
-        settings.seed,
-        &dataset.digest,
-        &settings.meshes,
-        settings.specimens_per_class,
-        settings.validation_specimens_per_class,
-        settings.strangers,
-        settings.point_count,
-        &settings.centring,
-        &settings.scans,
-    );
-    let mut name = fingerprint(&determining)?;
-    if settings.only_datasets {
-        name += "-only";
-    }
-    let path = clouds_file(output, &name);
-    let clouds = kept_or_made(&path, fresh, || scan(dataset, settings, metadata, show))?;
-    Ok(Data {
-        train: clouds.part(Split::Train, settings.point_count),
-        validation: clouds.part(Split::Validation, settings.point_count),
-        test: None,
-    })
+    show: &'a S,
 }
 
-/// Clouds to learn from, and to choose the best epoch by.
+impl<S: Fn(Stage) + Sync> Maker<'_, S> {
+    /// Clouds of simulated scans.
+    fn scanned(&self, dataset: &MeshDataset) -> Result<Data> {
+        let (settings, metadata) = (self.settings, self.metadata);
+        ensure!(
+            !metadata.normals,
+            "only the paper's network takes normals; give --network paper"
+        );
+        let determining = (
+            settings.seed,
+            &dataset.digest,
+            &settings.meshes,
+            settings.specimens_per_class,
+            settings.validation_specimens_per_class,
+            settings.strangers,
+            settings.point_count,
+            &settings.centring,
+            &settings.scans,
+        );
+        let mut name = fingerprint(&determining)?;
+        if settings.only_datasets {
+            name += "-only";
+        }
+        let clouds = self.kept_or_made(&name, || scan(dataset, settings, metadata, self.show))?;
+        Ok(Data {
+            train: clouds.part(Split::Train, settings.point_count),
+            validation: clouds.part(Split::Validation, settings.point_count),
+            test: None,
+        })
+    }
+
+    /// Clouds of the meshes' whole surfaces.
+    fn sampled(&self, dataset: &MeshDataset) -> Result<Data> {
+        let (settings, metadata, show) = (self.settings, self.metadata, self.show);
+        let point_count = settings.point_count;
+        // N is not part of the fingerprint: runs with any N up to P share one file.
+        let determining = (
+            settings.seed,
+            &dataset.digest,
+            &settings.centring,
+            metadata.normals,
+            &settings.meshes,
+            point_count.max(settings.meshes.kept_points),
+        );
+        let clouds = self.kept_or_made(&fingerprint(&determining)?, || {
+            show(Stage::Sampling {
+                meshes: dataset.meshes.len(),
+            });
+            let finished = || show(Stage::Scanned);
+            let (sampling, seed) = (&settings.meshes, settings.seed);
+            mesh_clouds::sample(dataset, sampling, metadata, seed, finished)
+        })?;
+        let part = |split| clouds.part(split, point_count);
+        Ok(Data {
+            train: part(Split::Train),
+            validation: part(Split::Validation),
+            test: Some(part(Split::Test)),
+        })
+    }
+
+    /// Returns the clouds in the file if this program's code made them and `fresh` is not asked for; otherwise makes them by
+    /// `make` and writes the file.
+    fn kept_or_made(
+        &self,
+        fingerprint: &str,
+        make: impl FnOnce() -> Result<LabelledClouds>,
+    ) -> Result<LabelledClouds> {
+        let path = self
+            .output
+            .join(format!("dataset-{fingerprint}"))
+            .join("clouds.npz");
+        let code = code::digest()?;
+        if !self.fresh
+            && let Some(clouds) = LabelledClouds::read_own(&path, &code)?
+        {
+            return Ok(clouds);
+        }
+        let clouds = make()?;
+        clouds.write(&path, &code)?;
+        Ok(clouds)
+    }
+}
+
+/// Training and validation clouds of simulated scans.
 fn scan(
     dataset: &MeshDataset,
     settings: &Settings,
@@ -197,61 +258,4 @@ fn meshes_of(dataset: &MeshDataset, split: &[Split], object: &str, part: Split) 
     let pairs = dataset.meshes.iter().zip(split);
     let wanted = pairs.filter(|(mesh, split)| is_wanted(mesh, **split));
     wanted.map(|(mesh, _)| mesh.clone()).collect()
-}
-
-fn sampled(
-    dataset: &MeshDataset,
-    settings: &Settings,
-    metadata: &ModelMetadata,
-    output: &Path,
-    fresh: bool,
-    show: &(impl Fn(Stage) + Sync),
-) -> Result<Data> {
-    let point_count = settings.point_count;
-    // N itself does not matter: all N up to P look at the same file.
-    let determining = (
-        settings.seed,
-        &dataset.digest,
-        &settings.centring,
-        metadata.normals,
-        &settings.meshes,
-        point_count.max(settings.meshes.kept_points),
-    );
-    let path = clouds_file(output, &fingerprint(&determining)?);
-    let clouds = kept_or_made(&path, fresh, || {
-        show(Stage::Sampling {
-            meshes: dataset.meshes.len(),
-        });
-        let finished = || show(Stage::Scanned);
-        let (sampling, seed) = (&settings.meshes, settings.seed);
-        mesh_clouds::sample(dataset, sampling, metadata, seed, finished)
-    })?;
-    let part = |split| clouds.part(split, point_count);
-    Ok(Data {
-        train: part(Split::Train),
-        validation: part(Split::Validation),
-        test: Some(part(Split::Test)),
-    })
-}
-
-/// The clouds in the file, if this very code made them and they are not wanted fresh; else those that `make` gives, which
-/// are kept there.
-fn kept_or_made(
-    path: &Path,
-    fresh: bool,
-    make: impl FnOnce() -> Result<LabelledClouds>,
-) -> Result<LabelledClouds> {
-    let code = code::digest()?;
-    if !fresh && let Some(clouds) = LabelledClouds::read_own(path, &code)? {
-        return Ok(clouds);
-    }
-    let clouds = make()?;
-    clouds.write(path, &code)?;
-    Ok(clouds)
-}
-
-fn clouds_file(output: &Path, fingerprint: &str) -> PathBuf {
-    output
-        .join(format!("dataset-{fingerprint}"))
-        .join("clouds.npz")
 }

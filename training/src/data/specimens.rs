@@ -1,4 +1,4 @@
-//! The objects that clouds are made of, one by one.
+//! Specimens: the single objects that are scanned.
 
 use anyhow::{Context, Result};
 use mesh::Mesh;
@@ -12,34 +12,34 @@ use super::mesh_dataset::MeshFile;
 /// Where the specimens of one label come from.
 #[derive(Debug, Clone)]
 pub enum Specimens {
-    /// One of the repository's own objects, dented anew each time.
+    /// One of the eight objects; each specimen has a new random dent.
     Class(ObjectClass),
-    /// Meshes of a dataset, +z up, which are dented already; one of them each time.
+    /// Dented meshes of a dataset, +z up; each specimen is a random one of them.
     Meshes(Vec<MeshFile>),
     /// An object that is none of the classes.
     Stranger(Stranger),
-    /// Solids of any form that are none of the eight objects.
+    /// Random solids that are none of the eight objects.
     RandomSolids,
-    /// No object. Where the camera mount is badly known, the crop leaves something of the gripper.
+    /// No object. If the camera mount is badly known, the crop leaves points of the gripper.
     EmptyHand,
 }
 
 /// Specimens of one label.
 #[derive(Debug, Clone)]
 pub struct Labelled {
-    /// Index of the class; the number of classes for what is none of them.
+    /// Index of the class; the number of classes stands for "none of them".
     pub label: u32,
-    /// Where they come from.
+    /// Source of the specimens.
     pub specimens: Specimens,
-    /// How many.
+    /// Number of specimens.
     pub count: usize,
 }
 
 impl Labelled {
-    /// As many specimens of each label: meshes where there are any of that name, else the repository's own object.
+    /// The same number of specimens of each label: meshes if there are any of that name, otherwise one of the eight objects.
     ///
     /// # Errors
-    /// A label that is neither.
+    /// A label that has neither.
     pub fn of(
         labels: &[String],
         count: usize,
@@ -61,8 +61,8 @@ impl Labelled {
         labels.iter().enumerate().map(labelled).collect()
     }
 
-    /// What teaches a model to say that something is none of its classes: random solids, and an empty hand for every fifth;
-    /// `label` is the number of classes.
+    /// Training specimens of "none of the classes": `count` random solids, and a fifth as many empty hands. `label` is the
+    /// number of classes.
     pub fn nothing_known(label: u32, count: usize) -> [Self; 2] {
         let of = |specimens, count| Self {
             label,
@@ -75,7 +75,7 @@ impl Labelled {
         ]
     }
 
-    /// What tests that: as many of each named stranger, and of empty hands.
+    /// Test specimens of "none of the classes": `count` of each named stranger, and as many empty hands.
     pub fn strangers(label: u32, count: usize) -> Vec<Self> {
         let strangers = Stranger::ALL.map(Specimens::Stranger);
         let all = strangers.into_iter().chain([Specimens::EmptyHand]);
@@ -89,7 +89,7 @@ impl Labelled {
 }
 
 impl Specimens {
-    /// One specimen in the object frame (bottom centre, +z up); without a surface for an empty hand.
+    /// One random specimen in the object frame (origin at the bottom's centre, +z up); an empty mesh for an empty hand.
     ///
     /// # Errors
     /// A mesh file cannot be read, or a dent cannot be made.

@@ -1,4 +1,4 @@
-//! Which meshes are learned from, and which are tested on.
+//! Splits meshes into training, validation and test sets, without leakage between similar dents.
 
 use std::collections::HashMap;
 
@@ -19,16 +19,16 @@ use crate::settings::Settings;
 /// What determines the split of a dataset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SplitSettings {
-    /// The order of the dents comes from this.
+    /// Seed of the random order of the dents.
     pub seed: u64,
-    /// Share of the meshes that are only tested on.
+    /// Share of the meshes in the test set, 0 to 1.
     pub test_share: f64,
-    /// Share of the others that choose the best epoch.
+    /// Share of the other meshes in the validation set, 0 to 1.
     pub validation_share: f64,
 }
 
 impl SplitSettings {
-    /// Those of a training run.
+    /// The split settings of a training run.
     pub fn of(settings: &Settings) -> Self {
         Self {
             seed: settings.seed,
@@ -38,20 +38,22 @@ impl SplitSettings {
     }
 }
 
-/// A dent up to turning, mirroring and swapping of the fingers, which leave a solid of revolution the same: how high the
-/// fingers press and how far apart they are about the axis, in steps. All depths of a grasp belong to one dent.
+/// A dent regardless of rotation, mirroring and swapping of the fingers, which do not change a solid of revolution: the
+/// height at which the fingers press and the angle between them about the axis, both in bins. All depths of a grasp belong to
+/// one dent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 struct Dent {
     height: i64,
     angle: i64,
 }
 
-/// Dents whose heights differ by less are hard to tell apart before the camera.
+/// Width of a height bin: the camera hardly tells dents apart that are closer together.
 const HEIGHT_STEP_M: f64 = 0.002;
+/// Width of an angle bin: about 10°.
 const ANGLE_STEP_RAD: f64 = 0.17;
 
 impl Dent {
-    /// Of the mesh of a grasp with these handles, +z up.
+    /// The dent of a mesh (+z up) pressed at these two vertices.
     fn of(mesh: &Mesh, handles: [u32; 2]) -> Option<Self> {
         let (min, max) = mesh.bounds();
         let middle = nalgebra::center(&min, &max);
@@ -68,12 +70,11 @@ impl Dent {
     }
 }
 
-/// What each mesh is for, at random within each class: `test_share` of them is tested on, and `validation_share` of the
-/// others chooses the epoch. The meshes of one dent stay together: they are so alike that one would tell the answer to the
-/// other. A class is split alike whatever other classes there are.
+/// The set of each mesh, random within each class. All meshes of one dent are in the same set, because nearly identical
+/// meshes in training and test set would inflate the accuracy. The split of a class does not depend on other classes.
 ///
 /// # Errors
-/// A mesh cannot be read, or a class has less than three dents.
+/// A mesh cannot be read, or a class has fewer than three dents.
 pub(crate) fn split(dataset: &MeshDataset, settings: &SplitSettings) -> Result<Vec<Split>> {
     let dents = dents(dataset)?;
     let mut split = vec![Split::Train; dataset.meshes.len()];
@@ -126,13 +127,13 @@ fn dents(dataset: &MeshDataset) -> Result<Vec<Dent>> {
         .collect())
 }
 
-/// The random numbers of one class, whatever other classes there are.
+/// The random generator of one class: it depends on the seed and the class's name alone.
 fn random(seed: u64, name: &str) -> Pcg64Mcg {
     let digest = hex_digest(format!("{seed} {name}").as_bytes());
     Pcg64Mcg::seed_from_u64(u64::from_str_radix(&digest[..16], 16).unwrap_or(seed))
 }
 
-/// Cuts off groups that hold this share of all, at least one group; at least one stays.
+/// Splits groups into a first part with this share of all members, and the rest. Each part gets at least one group.
 fn cut<'a, 'b>(groups: &'b [&'a [usize]], share: f64) -> (&'b [&'a [usize]], &'b [&'a [usize]]) {
     let whole: usize = groups.iter().map(|group| group.len()).sum();
     let mut held = 0.0;

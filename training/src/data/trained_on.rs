@@ -1,4 +1,4 @@
-//! One definition of "not trained on": the model file says which datasets it was trained on and how they were split.
+//! Which meshes a model was not trained on: its file names the datasets that it was trained on and how they were split.
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::clouds::Split;
 use super::mesh_dataset::{MeshDataset, MeshFile};
 use super::split::{SplitSettings, split};
 
-/// What a model was trained on, beside objects that are drawn anew each time.
+/// The datasets that a model was trained on, beside randomly generated objects.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrainedOn {
     /// SHA-256 of the manifest of each dataset folder, and so of every byte of its meshes.
@@ -29,10 +29,10 @@ pub enum Unseen {
 }
 
 impl TrainedOn {
-    /// As a model file holds it.
+    /// The JSON text of the model file's entry.
     ///
     /// # Errors
-    /// A share that is no number.
+    /// A share is NaN or infinite.
     pub fn to_text(&self) -> Result<String> {
         Ok(serde_json::to_string(self)?)
     }

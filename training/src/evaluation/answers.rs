@@ -1,4 +1,4 @@
-//! What a network says about labelled clouds.
+//! A network's answers about labelled clouds.
 
 use anyhow::Result;
 use classifier::ModelMetadata;
@@ -11,14 +11,14 @@ use crate::network::Network;
 use crate::training::passes::logits;
 use crate::training::tally::most_probable;
 
-/// What a network says about clouds of its classes.
+/// A network's answers about clouds of its classes.
 pub(crate) struct Answers {
     logits: Vec<Vec<f32>>,
     labels: Vec<usize>,
 }
 
 impl Answers {
-    /// Of the clouds that are of a class; strangers are left out.
+    /// Runs the network on the clouds that belong to a class; clouds of strangers are left out.
     pub fn of(
         network: &Network,
         clouds: &LabelledClouds,
@@ -31,7 +31,7 @@ impl Answers {
         Ok(Self { logits, labels })
     }
 
-    /// Counted by class.
+    /// Confusion matrix of the answers.
     pub fn confusion(&self, labels: &[String]) -> Confusion {
         let mut confusion = Confusion::new(labels);
         for (logits, &label) in self.logits.iter().zip(&self.labels) {
@@ -45,12 +45,12 @@ impl Answers {
         inverse_temperature(&self.logits, &self.labels)
     }
 
-    /// The negative energy that this share of the clouds reaches.
+    /// The negative energy (log-sum-exp of the logits) that this share of the clouds reaches.
     pub fn threshold(&self, share: f64) -> f64 {
         threshold_keeping(self.logits.iter().map(|l| log_sum_exp(l)).collect(), share)
     }
 
-    /// All that is said of test clouds by a model with this metadata; `inverse_temperature` as found on other clouds.
+    /// Test result of a model with this metadata; `inverse_temperature` was fitted on other clouds.
     pub fn test(&self, metadata: &ModelMetadata, inverse_temperature: f64) -> TestResult {
         let tempered = |logits: &[f32]| -> Vec<f32> {
             let factor = inverse_temperature as f32;

@@ -1,4 +1,4 @@
-//! Answers by how the camera looked.
+//! Test results by number of views.
 
 use classifier::{ModelMetadata, Output};
 use serde::Serialize;
@@ -6,12 +6,12 @@ use serde::Serialize;
 use crate::data::clouds::Seen;
 use crate::evaluation::test_result::{Answered, TestResult};
 
-/// Answers on one kind of clouds.
+/// Test result for one kind of clouds.
 #[derive(Debug, Clone, Serialize)]
 pub struct DataTest {
-    /// What it was measured on.
+    /// Description of the clouds.
     pub data: String,
-    /// What was found.
+    /// The result.
     #[serde(flatten)]
     pub test: TestResult,
 }
@@ -27,7 +27,7 @@ pub(super) fn by_view(
     let mut view_counts: Vec<u32> = answers.iter().map(|answer| answer.view_count).collect();
     view_counts.sort_unstable();
     view_counts.dedup();
-    // Only the whole surface has no views, and nobody holds it.
+    // Only clouds of the whole surface have no views; these count as not held.
     let select = |held: bool, views: Option<u32>| {
         let is_asked = |answer: &&Seen<Output>| {
             let count = answer.view_count;

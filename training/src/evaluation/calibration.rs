@@ -1,14 +1,14 @@
-//! Probabilities that mean what they say.
+//! Calibration: probabilities that match the frequency of right answers.
 
-/// The factor 1/T of logits `[M][C]` that makes the true classes most probable (temperature scaling, Guo et al. 2017).
+/// Temperature scaling (Guo et al. 2017): the factor 1/T of logits `[M][C]` that minimises the cross-entropy with the labels.
 /// 1 without clouds.
 ///
-/// Where every answer is right, no factor is too large for the labels themselves. So that few clouds do not make a model
-/// that is always certain, the target is not the label alone: as in Platt scaling (Platt 1999, Sec. 2.2) its share of M
-/// clouds is (M + 1) / (M + 2), and the rest is spread over the other classes.
+/// If every answer is right, the plain cross-entropy has no minimum: it falls with every larger factor. Therefore the
+/// targets are smoothed as in Platt scaling (Platt 1999, Sec. 2.2): the label gets (M + 1) / (M + 2), and the rest is spread
+/// over the other classes.
 pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
     let others_share = 1.0 / (logits.len() as f64 + 2.0);
-    // The loss is convex in the factor: its slope has one zero.
+    // The loss is convex in the factor, so its derivative has one zero, which bisection finds.
     let slope = |factor: f64| -> f64 {
         let pairs = logits.iter().zip(labels);
         pairs
@@ -30,8 +30,8 @@ pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
     (low * high).sqrt()
 }
 
-/// Derivative by the factor of the cross-entropy of softmax(factor · logits): the logits' mean by these probabilities minus
-/// that by the target, of which `others_share` belongs to the classes that are not the label.
+/// Derivative of the cross-entropy of softmax(factor · logits) with respect to the factor: the expected logit under these
+/// probabilities minus that under the target, which gives `others_share` to the classes that are not the label.
 fn slope_of(logits: &[f32], label: usize, others_share: f64, factor: f64) -> f64 {
     let highest = logits.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let (mut sum, mut weighted) = (0.0, 0.0);
@@ -62,8 +62,8 @@ pub fn highest_probability(log_probabilities: &[f32]) -> f64 {
     f64::from(highest).exp()
 }
 
-/// Expected calibration error of (probability, right?) in 15 bins of equal width: the mean distance between what was said
-/// and how often it was right (Naeini et al. 2015). 0 without answers.
+/// Expected calibration error (Naeini et al. 2015) of (probability, right?) in 15 bins of equal width: the mean difference
+/// between a bin's average probability and its share of right answers. 0 without answers.
 pub fn calibration_error(judged: &[(f64, bool)]) -> f64 {
     const BINS: usize = 15;
     let mut bins = [(0.0, 0.0); BINS];

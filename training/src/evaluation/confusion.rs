@@ -1,4 +1,4 @@
-//! How often a classifier is right, and what it confuses.
+//! Confusion matrix and accuracies.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ pub struct Confusion {
 }
 
 impl Confusion {
-    /// No counts yet.
+    /// A matrix of zeros.
     pub fn new(labels: &[String]) -> Self {
         Self {
             labels: labels.to_vec(),

@@ -1,4 +1,4 @@
-//! How well strangers are told from what the model knows.
+//! Open-set evaluation: how well unknown objects (strangers) are told from known ones.
 
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// Compares scores; what reaches the threshold is called known.
+    /// Compares the scores of known objects with those of strangers. A score of at least `threshold` counts as known.
     pub fn of(known: Vec<f32>, strangers: Vec<f32>, threshold: f64) -> Self {
         let called_known = |scores: &[f32]| {
             let count = scores
@@ -37,7 +37,7 @@ impl Known {
     }
 }
 
-/// Area under the curve of true against false alarms: the Mann-Whitney statistic. Equals count half.
+/// Area under the ROC curve, computed as the Mann-Whitney statistic; ties count half.
 fn auroc(positives: &[f32], negatives: &[f32]) -> f64 {
     let mut sorted = negatives.to_vec();
     sorted.sort_by(f32::total_cmp);

@@ -25,14 +25,14 @@ use crate::data::specimens::{Labelled, Specimens};
 use crate::data::trained_on::{Unseen, unseen};
 use sim_scan::{ScanParameters, ScannedObject};
 
-/// What was found.
+/// Result of evaluating a model.
 #[derive(Debug, Clone, Serialize)]
 pub struct Evaluation {
     /// The training run that made the model.
     pub model_id: String,
-    /// Which network it is.
+    /// Name and version of the network.
     pub network: String,
-    /// What ran it.
+    /// The inference provider that ran it: `openvino` or `cpu`.
     pub provider: String,
     /// Answers on clouds of the model's classes.
     pub tests: Vec<DataTest>,
@@ -42,23 +42,23 @@ pub struct Evaluation {
     pub of_dataset: Option<Unseen>,
 }
 
-/// What to measure on.
+/// What to evaluate a model on.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Specimens of each of the repository's own objects, of each of a dataset, and of each stranger.
+    /// Number of specimens of each of the eight objects, of each object of the dataset, and of each stranger.
     pub specimens: NonZeroUsize,
     /// A folder that generate_dataset made.
     pub dataset: Option<PathBuf>,
-    /// How scans vary.
+    /// Random variation of the scans.
     pub scans: ScanParameters,
-    /// Everything random comes from this.
+    /// Seed of all random choices.
     pub seed: u64,
 }
 
-/// Measures a model.
+/// Evaluates a model on simulated scans.
 ///
 /// # Errors
-/// The data has labels that the model does not know, or a scan or the network fails.
+/// The dataset has objects that the model does not know, or a scan or the network fails.
 pub fn evaluate(
     model: &mut Model,
     settings: &Settings,
@@ -119,7 +119,7 @@ pub fn evaluate(
     })
 }
 
-/// What is said of a dataset's meshes in a test's name.
+/// How a test's name describes the dataset's meshes.
 fn said_of(unseen: Unseen) -> &'static str {
     match unseen {
         Unseen::All => "",
@@ -141,8 +141,8 @@ fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
     known.collect()
 }
 
-/// The objects of a dataset's folder, of meshes that the model was not trained on as far as it says so; each must be one of
-/// its labels.
+/// The objects of a dataset, without the meshes that the model's file says it was trained on. Each must be one of the
+/// model's labels.
 fn dataset_classes(
     folder: &Path,
     metadata: &ModelMetadata,

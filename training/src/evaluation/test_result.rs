@@ -1,4 +1,4 @@
-//! How often answers about labelled clouds are right.
+//! Accuracy, loss and calibration of answers about labelled clouds.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,38 +6,38 @@ use crate::evaluation::calibration::{calibration_error, highest_probability};
 use crate::evaluation::confusion::Confusion;
 use crate::training::tally::most_probable;
 
-/// What was found on clouds that had no part in training.
+/// Result on clouds that had no part in training.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct TestResult {
-    /// Clouds that were named.
+    /// Number of clouds.
     pub clouds: usize,
-    /// Share named rightly.
+    /// Share of right answers.
     pub accuracy: f64,
-    /// Right answers by class, in the order of `confusion.labels`.
+    /// Share of right answers for each class, in the order of `confusion.labels`.
     pub class_accuracies: Vec<f64>,
     /// Mean negative log-likelihood.
     pub loss: f64,
-    /// Share called known.
+    /// Share of the clouds called known.
     pub known_share: f64,
-    /// Expected calibration error: how far probabilities are from shares of right answers.
+    /// Expected calibration error, 0 to 1 (see [`super::calibration::calibration_error`]).
     pub calibration_error: f64,
-    /// All answers.
+    /// All answers, counted by class.
     pub confusion: Confusion,
 }
 
 /// One answer and the truth.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Answered<'a> {
-    /// [C]
+    /// `[C]` log-probabilities of the classes.
     pub log_probabilities: &'a [f32],
-    /// How much like the classes the cloud is.
+    /// Negative energy: how much the cloud is like the known classes.
     pub known_score: f64,
     /// Index of the true class.
     pub label: usize,
 }
 
 impl TestResult {
-    /// Counts answers of a model with these labels; what reaches the threshold is called known.
+    /// Evaluates answers of a model with these labels. A score of at least the threshold counts as known.
     pub(crate) fn of<'a>(
         labels: &[String],
         known_threshold: f64,

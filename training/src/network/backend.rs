@@ -10,16 +10,16 @@ pub enum Backend {
     /// All cores; the same settings give the same bytes.
     #[default]
     Cpu,
-    /// The first NVIDIA GPU, in programs built with the feature `cuda`; it adds in any order, so that models differ in
-    /// their last bits.
+    /// The first NVIDIA GPU, in programs built with the feature `cuda`. Its order of additions varies, so that models differ
+    /// in their last bits.
     Cuda,
 }
 
 impl Backend {
-    /// The device.
+    /// Candle's device for this backend.
     ///
     /// # Errors
-    /// It is not there, or the program was built without it.
+    /// There is no such device, or the program was built without support for it.
     pub fn device(self) -> Result<Device> {
         match self {
             Self::Cpu => Ok(Device::Cpu),

@@ -123,14 +123,14 @@ impl Graph {
         output
     }
 
-    /// What the file answers: tempered log-probabilities, and how much like the classes the cloud is.
+    /// The model's outputs: log-probabilities at the fitted temperature, and the known score (negative energy).
     fn answers(&mut self, logits: &str, inverse_temperature: f64) {
         let model = &mut self.0;
         model.constant_f32("inverse_temperature", &[1], &[inverse_temperature as f32]);
         model.node("Mul", &[logits, "inverse_temperature"], "tempered", &[]);
         let classes = [("axis", Attribute::Int(1))];
         model.node("LogSoftmax", &["tempered"], OUTPUT_NAME, &classes);
-        // The log of the sum of exponentials, as a difference: OpenVINO's own overflows.
+        // Log-sum-exp as a difference of logit and log-softmax, since OpenVINO's ReduceLogSumExp overflows.
         model.node("LogSoftmax", &[logits], "untempered", &classes);
         let largest = [
             ("axes", Attribute::Ints(&[1])),
@@ -152,7 +152,7 @@ impl Graph {
         self.layer(&network.head[1], &hidden)
     }
 
-    /// The spatial transformer: the points in the frame that it chooses.
+    /// The spatial transformer: transforms the points into the frame that it predicts.
     fn transformed(&mut self, network: &RobotNetwork, clouds: &str) -> String {
         let products = self.products(clouds);
         let summary = self.pooled_features(&network.transform_points, &products);

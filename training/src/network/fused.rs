@@ -1,13 +1,16 @@
-//! Two operations of the network in one pass each, forward and back.
+//! Two fused operations of the network, forward and backward.
 //!
-//! Made of candle's own operations they take four fifths of a training step, most of it in strided sums and in
-//! buffers that live for one addition. On a GPU they are made of those.
+//! Composed of candle's own operations they take four fifths of a training step on the CPU, mostly for strided sums and
+//! temporary buffers. On a GPU they are composed of candle's operations.
 
 use candle_core::{
     CpuStorage, CustomOp1, CustomOp2, D, Layout, Result, Shape, Storage, Tensor, bail,
 };
 
 /// max(0, x + bias) for `x` (`[M, F]`) and `bias` (`[F]`).
+///
+/// # Errors
+/// The shapes do not fit.
 pub fn bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
     if !x.device().is_cpu() {
         return plain_bias_relu(x, bias);
@@ -16,6 +19,9 @@ pub fn bias_relu(x: &Tensor, bias: &Tensor) -> Result<Tensor> {
 }
 
 /// Maximum and mean over the points: `[B, N, F]` to `[B, 2 F]`, all maxima first.
+///
+/// # Errors
+/// The shape has other than three dimensions.
 pub fn pool(features: &Tensor) -> Result<Tensor> {
     if !features.device().is_cpu() {
         return plain_pool(features);
@@ -81,7 +87,7 @@ impl CustomOp2 for BiasRelu {
     }
 }
 
-/// Unlike `f32::max` it does not turn a NaN into 0, which would hide that training went wrong.
+/// Rectified linear unit. Unlike `f32::max` it keeps a NaN, so that diverging training is noticed.
 pub(crate) fn relu(value: f32) -> f32 {
     if value < 0.0 { 0.0 } else { value }
 }

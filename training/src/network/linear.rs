@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 use crate::network::fused::bias_relu;
 use crate::network::product::product;
 
-/// One layer: x · weight + bias.
+/// A fully connected layer: x · weight + bias.
 #[derive(Debug, Clone)]
 pub struct Linear {
     /// Name, unique in the network.
@@ -19,7 +19,8 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Uniform weights of variance 2/inputs (He et al. 2015), so that depth neither blows signals up nor starves them.
+    /// Random initialisation: uniform weights of variance 2/inputs (He et al. 2015), which keeps the variance of activations
+    /// about the same from layer to layer.
     pub(super) fn new(
         name: &'static str,
         inputs: usize,
@@ -39,7 +40,7 @@ impl Linear {
         })
     }
 
-    /// A layer that starts by answering `bias` whatever its input.
+    /// A layer with zero weights: initially its output is `bias`, whatever the input.
     pub(super) fn constant(name: &'static str, inputs: usize, bias: &[f32]) -> Result<Self> {
         let weight = Var::zeros((inputs, bias.len()), DType::F32, &Device::Cpu)?;
         let bias = Var::from_tensor(&Tensor::new(bias, &Device::Cpu)?)?;

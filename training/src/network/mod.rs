@@ -8,6 +8,8 @@ mod paper;
 pub mod product;
 mod robot;
 pub mod shared_max;
+#[cfg(test)]
+mod testing;
 
 use candle_core::{D, Device, Result, Tensor, Var};
 use rand_pcg::Pcg64Mcg;
@@ -75,7 +77,7 @@ impl Network {
         }
     }
 
-    /// Where it is.
+    /// The device that holds the weights.
     pub fn device(&self) -> Device {
         let variables = self.variables();
         variables
@@ -83,8 +85,8 @@ impl Network {
             .map_or(Device::Cpu, |v| v.device().clone())
     }
 
-    /// Logits [B, C] of clouds [B, N, 3], or [B, N, 6] with normals. The log of the sum of their exponentials, the negative
-    /// energy of Liu et al. 2020, says how much a cloud is like the classes.
+    /// Logits [B, C] of clouds [B, N, 3], or [B, N, 6] with normals. Their log-sum-exp is the negative energy of Liu et al.
+    /// 2020, which measures how much a cloud is like the known classes.
     ///
     /// # Errors
     /// The clouds have another shape.
@@ -95,8 +97,8 @@ impl Network {
         }
     }
 
-    /// Log-probabilities [B, C] of clouds [B, N, 3 or 6]. The robot's network learns strangers, too, and has one more, the
-    /// last, of being none of the classes: its logit is always 0, so that the negative energy is the log-odds of being one.
+    /// Log-probabilities [B, C] of clouds [B, N, 3 or 6]. The robot's network also learns strangers and gives [B, C + 1]: the
+    /// last class is "none of them", whose logit is fixed at 0, so that the negative energy is the log-odds of being known.
     ///
     /// # Errors
     /// The clouds have another shape.
@@ -125,8 +127,8 @@ impl Network {
         }
     }
 
-    /// Clouds that are best worked on at once, of `point_count` points each: their tensors stay in a core's cache. A GPU
-    /// wants many.
+    /// Number of clouds, of `point_count` points each, to process at once: on a CPU few enough that their tensors stay in a
+    /// core's cache, on a GPU many.
     pub fn part_size(&self, point_count: usize) -> usize {
         const LARGEST_TENSOR: usize = 60_000;
         const ON_GPU: usize = 1024;

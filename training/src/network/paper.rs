@@ -1,5 +1,5 @@
-//! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its own choice, two
-//! layers shared by all points find F features, and one dense layer names the object.
+//! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame that it predicts, two layers
+//! shared by all points compute F features, and one dense layer classifies.
 //!
 //! The features are pooled over the points (the largest of each) before the dense layer: the order of the points then
 //! does not matter, and the number of weights does not depend on N (Fig. 8b).
@@ -71,7 +71,7 @@ impl PaperNetwork {
             architecture,
             classes,
             transform_points: shared(["transform_point_1", "transform_point_2"])?,
-            // The transformer starts as the identity and learns from there to turn.
+            // The transformer is initialised to the identity.
             transform_head: Linear::constant(
                 "transform_head",
                 features,

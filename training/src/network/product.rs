@@ -1,7 +1,7 @@
-//! Products of matrices, forward and back, in the thread that asks for them.
+//! Matrix products, forward and backward, computed in the calling thread.
 //!
-//! Candle's own product looks the number of cores up in /proc at each call, which for matrices as small as ours takes
-//! longer than the product; and it may spread over threads that are busy with other clouds. On a GPU it is candle's.
+//! Candle's own product looks up the number of cores in /proc at each call, which takes longer than the product of matrices
+//! as small as ours, and it may use threads that are busy with other clouds. On a GPU candle's own product is used.
 
 use candle_core::{CpuStorage, CustomOp2, Layout, Result, Shape, Tensor, bail};
 use nalgebra::{DMatrix, DMatrixView};
@@ -157,19 +157,10 @@ fn turned_backward([clouds, turns, grad]: [&[f32]; 3], length: usize) -> [Vec<f3
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use candle_core::{Device, Var};
+    use candle_core::Var;
 
+    use super::super::testing::{largest_difference, random};
     use super::*;
-
-    fn random(shape: impl Into<Shape>) -> Var {
-        Var::from_tensor(&Tensor::randn(0.0f32, 1.0, shape, &Device::Cpu).unwrap()).unwrap()
-    }
-
-    fn largest_difference(a: &Tensor, b: &Tensor) -> f32 {
-        assert_eq!(a.dims(), b.dims());
-        let difference = (a - b).unwrap().abs().unwrap().flatten_all().unwrap();
-        difference.max(0).unwrap().to_scalar().unwrap()
-    }
 
     /// Compares with candle's own product: values, and gradients under a random weighting.
     fn assert_as_candle(a: &Var, b: &Var, result: &Tensor) {

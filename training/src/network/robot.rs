@@ -1,5 +1,5 @@
-//! The robot's network, after the paper's (Sec. V, Fig. 6): a spatial transformer turns the points into a frame of its
-//! own choice, two layers shared by all points find features, and a dense head names the object.
+//! The robot's network, after the paper's (Sec. V, Fig. 6): a spatial transformer turns the points into a frame that it
+//! predicts, two layers shared by all points compute features, and a dense head classifies.
 //!
 //! Differences from the figure: features are pooled over the points (maximum and mean) before the dense layer instead
 //! of being flattened, so that the order of the points does not matter and the weights stay within 100 KB; and the
@@ -18,10 +18,11 @@ pub const NETWORK_VERSION: &str = "spatial-transformer-pooled-waves-1";
 
 /// Values of a point that the shared layers see.
 pub const POINT_INPUTS: usize = 12 + 4 * WAVELENGTHS.len();
-/// Wavelengths, in scaled units (a unit is 40 mm), in which the distances of a point from the origin and from the up axis
-/// are also given: a millimetre of radius is then as plain as a centimetre (Tancik et al. 2020).
+/// Fourier features (Tancik et al. 2020): wavelengths, in scaled units of 40 mm, of the sines and cosines of a point's
+/// distances from the origin and from the up axis. They make differences of a millimetre in radius as easy to learn as a
+/// centimetre.
 pub const WAVELENGTHS: [f32; 3] = [0.4, 0.8, 1.6];
-/// Factor of the coordinates before they are multiplied, so that an object's squares are about 1, too.
+/// Factor of the coordinates before they are multiplied, so that their squares are also about 1 for an object.
 pub const PRODUCT_SCALE: f64 = 2.5;
 
 /// Widths of the layers.
@@ -81,7 +82,7 @@ impl RobotNetwork {
             ],
             transform_head: [
                 Linear::new("transform_head_1", 2 * transformer_features, narrow, random)?,
-                // The transformer starts as the identity and learns from there to turn.
+                // The transformer is initialised to the identity.
                 Linear::constant(
                     "transform_head_2",
                     narrow,
@@ -148,9 +149,9 @@ fn pooled_features(layers: &[Linear; 2], clouds: &Tensor) -> Result<Tensor> {
     pool(&features.reshape((batch, count, ()))?)
 }
 
-/// A point's coordinates, their squares and products, the coordinates times the squared distance from the origin, and sine
-/// and cosine of its distances: [B, N, 3] to [B, N, POINT_INPUTS]. A ball's radius is in the means of these; from
-/// coordinates alone it takes more features than fit into the model.
+/// A point's coordinates, their squares and products, the coordinates times the squared distance from the origin, and the
+/// Fourier features of its distances: [B, N, 3] to [B, N, POINT_INPUTS]. The mean of these determines a ball's radius; to
+/// learn it from coordinates alone takes more features than a model of 100 KB has.
 fn with_products(points: &Tensor) -> Result<Tensor> {
     let points = (points * PRODUCT_SCALE)?;
     let squares = points.sqr()?;
@@ -173,7 +174,7 @@ fn with_products(points: &Tensor) -> Result<Tensor> {
     )
 }
 
-/// Added to squared distances, so that their roots have a slope at 0, too.
+/// Added to squared distances, so that the gradient of their roots is finite at 0.
 pub const SQUARE_MIN: f64 = 1e-4;
 
 /// Phases of [.., 2] distances, [2, 2 W]: each distance in each wavelength.

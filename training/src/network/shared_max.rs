@@ -1,7 +1,7 @@
-//! Two rectified layers that all points share, and the largest of each feature over the points, as one operation.
+//! Two ReLU layers shared by all points and the max pooling of their features, as one fused operation.
 //!
-//! Only the point that holds a feature's maximum passes a gradient on. So the way back visits F winners of each cloud
-//! instead of N × F values, and costs a small part of the way forward. On a GPU it is made of candle's own operations.
+//! Only the point with a feature's maximum gets a gradient, so the backward pass visits F points of each cloud instead of
+//! N × F values and is much cheaper than the forward pass. On a GPU it is composed of candle's own operations.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -34,12 +34,12 @@ fn plain(points: &Tensor, first: &Tensor, second: &Tensor) -> Result<Tensor> {
     layer(&layer(points, first)?, second)?.max(1)
 }
 
-/// Points that are multiplied at once: their results stay in the cache until the largest are found.
+/// Points that are multiplied at once: their results stay in the cache until the maxima are taken.
 const ROWS_AT_ONCE: usize = 64;
 
 #[derive(Default)]
 struct SharedMax {
-    /// What the way forward leaves for the way back.
+    /// Intermediate results of the forward pass for the backward pass.
     kept: Mutex<Kept>,
 }
 
@@ -110,7 +110,7 @@ impl CustomOp3 for SharedMax {
     ) -> Result<(Option<Tensor>, Option<Tensor>, Option<Tensor>)> {
         let sizes = sizes(x.shape(), first.shape(), second.shape())?;
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        // What was cut off at zero passes nothing.
+        // ReLU passes no gradient where its output is 0.
         let grad = (result.gt(0.0)?.to_dtype(grad.dtype())? * grad)?;
         // Rows of the transposed weights are what one feature needs.
         let second_t = second.t()?;
@@ -149,12 +149,12 @@ fn hidden_layer(x: &[f32], layer: &[f32], [.., columns, width, _]: [usize; 5]) -
     hidden
 }
 
-/// Raises each feature's maximum where one of these points, numbered from `start`, exceeds it.
+/// Updates each feature's maximum, and the point that has it, by the outputs of points numbered from `start`.
 fn raise(maxima: &mut [f32], winners: &mut [u32], outputs: &[f32], start: usize) {
     for (index, point) in outputs.chunks_exact(maxima.len()).enumerate() {
         let best = maxima.iter_mut().zip(winners.iter_mut());
         for (&value, (best, winner)) in point.iter().zip(best) {
-            // Written so that a NaN stays, which tells that training went wrong.
+            // Written so that a NaN is kept and diverging training is noticed.
             let stays = value <= *best || best.is_nan();
             *best = if stays { *best } else { value };
             *winner = if stays {
@@ -209,7 +209,7 @@ fn backward(
     [x_grad, first_grad, second_t_grad]
 }
 
-/// Passes the gradient of one point's hidden values on to the point and to the first layer.
+/// Propagates the gradient of one point's hidden values back to the point and to the first layer.
 fn point_backward(
     hidden_grad: &[f32],
     x: &[f32],

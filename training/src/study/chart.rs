@@ -29,10 +29,10 @@ type Drawn<'a> = Result<(), DrawingAreaErrorKind<<BitMapBackend<'a> as DrawingBa
 
 /// Where the plots are.
 pub(super) struct Images {
-    /// One a number of points, with its number.
+    /// One plot for each number of points, with that number.
     pub curves: Vec<(usize, PathBuf)>,
     pub sizes: PathBuf,
-    /// One a cell.
+    /// One plot for each cell of the study.
     pub confusions: Vec<PathBuf>,
 }
 
@@ -73,7 +73,7 @@ pub(super) fn draw_all(folder: &Path, cells: &[Cell]) -> Result<Images> {
     })
 }
 
-/// Draws a file that appears whole or not at all.
+/// Draws a plot into a file that is written whole or not at all.
 fn draw(
     path: &Path,
     size_px: (u32, u32),
@@ -164,7 +164,7 @@ fn draw_lines<'a>(
 
 /// Size of the model file and number of trainable values by number of features (Fig. 8b).
 fn draw_sizes<'a>(area: &Area<'a>, cells: &[Cell]) -> Drawn<'a> {
-    // They do not depend on the number of points, but for a digit in the metadata.
+    // The sizes do not depend on the number of points, except for a digit in the metadata.
     let mut largest: Vec<&Cell> = Vec::new();
     for cell in cells {
         match largest

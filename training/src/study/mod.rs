@@ -22,36 +22,36 @@ use crate::settings::Settings;
 /// What to study.
 #[derive(Debug, Clone)]
 pub struct StudyOrder {
-    /// Of every cell, but for F and N.
+    /// Settings of every cell, except F and N.
     pub settings: Settings,
-    /// Folders of meshes.
+    /// Dataset folders.
     pub datasets: Vec<PathBuf>,
     /// Numbers of features, F.
     pub features: Vec<usize>,
     /// Numbers of points, N.
     pub points: Vec<usize>,
-    /// Where everything goes.
+    /// Folder for the results.
     pub output: PathBuf,
     /// What runs the networks.
     pub backend: Backend,
 }
 
-/// One combination and what came of it.
+/// One combination of F and N, and the results of its training.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Cell {
-    /// F.
+    /// F, number of features.
     pub features: usize,
-    /// N.
+    /// N, number of points.
     pub points: usize,
-    /// Of its training.
+    /// Results of the training.
     pub results: Results,
-    /// Digest of the code that trained it; empty in files of before it was written.
+    /// Digest of the code that trained it; empty in files of versions that did not write it.
     #[serde(default)]
     pub code: String,
 }
 
 impl Cell {
-    /// As in file names.
+    /// The cell's name in file names.
     fn name(&self) -> String {
         name(self.features, self.points)
     }
@@ -78,11 +78,11 @@ fn name(features: usize, points: usize) -> String {
     format!("F{features}-N{points}")
 }
 
-/// Trains every combination that is not finished yet, and writes tables, plots and report.html. `begin` is told of each
-/// combination, and whether it must be trained.
+/// Trains every combination that is not finished yet, and writes tables, plots and report.html. `begin` is called with each
+/// combination, and whether it has to be trained.
 ///
 /// # Errors
-/// A training fails, or a file cannot be written. What is finished stays, and the same order goes on from there.
+/// A training fails, or a file cannot be written. Finished combinations stay, and the same order resumes from there.
 pub fn study(
     order: &StudyOrder,
     begin: impl Fn(usize, usize, bool),

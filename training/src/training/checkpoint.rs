@@ -1,4 +1,4 @@
-//! What training needs to go on after an interruption, in one file that is replaced whole after each epoch.
+//! Checkpoints: the state of training in one file, replaced as a whole after each epoch, to resume after an interruption.
 
 use std::collections::HashMap;
 use std::fs;
@@ -11,20 +11,21 @@ use whole_file::Draft;
 use crate::training::epoch::EpochReport;
 use crate::training::optimizer::AdamState;
 
-/// Everything that the next epoch depends on. Its random numbers come from the seed and the epoch's number alone.
+/// Everything that the next epoch depends on, apart from settings and data: its random numbers depend on the seed and the
+/// epoch's number alone.
 #[derive(Debug, Clone)]
 pub struct State {
-    /// The network's values.
+    /// The network's weights.
     pub weights: Vec<Tensor>,
-    /// Its values of the epoch with the lowest validation loss.
+    /// The weights of the epoch with the lowest validation loss.
     pub best_weights: Vec<Tensor>,
     /// The optimiser's state.
     pub adam: AdamState,
-    /// What the epochs so far achieved.
+    /// Reports of the epochs so far.
     pub history: Vec<EpochReport>,
 }
 
-/// The file of an unfinished training: a safetensors file.
+/// The checkpoint file of an unfinished training, in safetensors format.
 #[derive(Debug, Clone)]
 pub struct Checkpoint {
     path: PathBuf,
@@ -41,13 +42,13 @@ const GROUPS: [&str; 4] = ["weight", "best", "mean", "square"];
 const COLUMNS: usize = 5;
 
 impl Checkpoint {
-    /// In this file, of a network with these labels and of code with this digest. Nothing is touched.
+    /// A checkpoint at this path, for a network with these labels and code with this digest. The file is not touched.
     pub fn new(path: PathBuf, labels: &[String], code: String) -> Self {
         let labels = labels.join(",");
         Self { path, labels, code }
     }
 
-    /// Keeps a state; the one before stays until this one is whole.
+    /// Writes a state; the previous one stays until this one is complete.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -61,8 +62,8 @@ impl Checkpoint {
         write().with_context(|| format!("cannot write {}", self.path.display()))
     }
 
-    /// The state that was kept, if any. There is nothing to go on from where other code kept it: what comes of half a
-    /// training by one code and half by another, nobody could make again.
+    /// Reads the state, if there is one. A state written by other code counts as none: a training done partly by one code
+    /// and partly by another could not be reproduced.
     ///
     /// # Errors
     /// The file is damaged, or of a network with other labels or another shape than `like`.
@@ -76,10 +77,10 @@ impl Checkpoint {
         })
     }
 
-    /// Removes the file, if any: there is nothing to go on from.
+    /// Removes the file, if there is one.
     ///
     /// # Errors
-    /// The system refuses.
+    /// The file cannot be removed.
     pub fn remove(&self) -> Result<()> {
         match fs::remove_file(&self.path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {

@@ -1,13 +1,13 @@
-//! What one pass over the training clouds achieved.
+//! Report of one epoch: one pass over the training clouds.
 
 use serde::{Deserialize, Serialize};
 
 use crate::training::tally::Tally;
 
-/// What one epoch achieved.
+/// Losses and accuracies of one epoch.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
-    /// From 1.
+    /// Number of the epoch, from 1.
     pub epoch: usize,
     /// Mean negative log-likelihood of the training clouds, while learning.
     pub train_loss: f64,
@@ -22,7 +22,7 @@ pub struct EpochReport {
 }
 
 impl EpochReport {
-    /// Of these sums, not yet compared with other epochs.
+    /// The report of these sums; `best` is still false.
     pub(crate) fn of(epoch: usize, train: &Tally, validation: &Tally) -> Self {
         Self {
             epoch,

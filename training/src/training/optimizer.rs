@@ -4,11 +4,12 @@ use anyhow::Result;
 use candle_core::backprop::GradStore;
 use candle_core::{Tensor, Var};
 
+/// β₁, β₂ and ε with the defaults of Kingma & Ba 2015, Algorithm 1.
 const DECAY_OF_MEAN: f64 = 0.9;
 const DECAY_OF_SQUARE: f64 = 0.999;
 const SMALLEST: f64 = 1e-8;
 
-/// Adam (Kingma & Ba 2015); with a weight decay as Loshchilov & Hutter (2019) have it.
+/// Adam (Kingma & Ba 2015) with decoupled weight decay (AdamW, Loshchilov & Hutter 2019).
 #[derive(Debug)]
 pub struct Adam {
     variables: Vec<Var>,
@@ -16,19 +17,19 @@ pub struct Adam {
     state: AdamState,
 }
 
-/// What the steps so far left, one tensor a variable.
+/// The optimiser's state, one tensor for each variable.
 #[derive(Debug, Clone)]
 pub struct AdamState {
-    /// Steps made.
+    /// Number of steps so far.
     pub steps: usize,
-    /// Running means of the gradients.
+    /// First moments m: running means of the gradients.
     pub means: Vec<Tensor>,
-    /// Running means of their squares.
+    /// Second moments v: running means of the squared gradients.
     pub squares: Vec<Tensor>,
 }
 
 impl Adam {
-    /// Has made no step yet.
+    /// An optimiser of these variables that has made no step yet.
     ///
     /// # Errors
     /// Candle fails.
@@ -48,12 +49,12 @@ impl Adam {
         })
     }
 
-    /// As the steps so far left it.
+    /// The present state.
     pub fn state(&self) -> &AdamState {
         &self.state
     }
 
-    /// Goes on from a state of the same variables.
+    /// Continues from a state of the same variables.
     ///
     /// # Errors
     /// Candle fails.

@@ -1,4 +1,4 @@
-//! The network on many clouds, forward and back, on all cores.
+//! Forward and backward passes over many clouds, on all cores.
 
 use anyhow::Result;
 use candle_core::{Tensor, backprop::GradStore};
@@ -11,7 +11,7 @@ use crate::data::augment::Augmentation;
 use crate::network::Network;
 use crate::training::tally::Tally;
 
-/// Gradients of the mean loss of some clouds. They are worked on in parts, side by side.
+/// Gradients of the mean loss of some clouds, which are processed in parts in parallel.
 pub(crate) fn gradients(
     network: &Network,
     clouds: &LabelledClouds,
@@ -34,7 +34,7 @@ pub(crate) fn gradients(
             Ok((gradients, Tally::of(&answers.to_vec2()?, clouds, part)))
         })
         .collect();
-    // In order, so that rounding does not depend on which part was ready first.
+    // Add in order, so that rounding does not depend on which part was ready first.
     let mut total = Tally::default();
     let mut summed: Option<GradStore> = None;
     for part in parts {

@@ -11,7 +11,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    /// Of these clouds' log-probabilities.
+    /// Sums over these clouds, of whose log-probabilities `answers` holds one entry each.
     pub fn of(answers: &[Vec<f32>], clouds: &LabelledClouds, indices: &[usize]) -> Self {
         let mut tally = Self::default();
         for (answer, &index) in answers.iter().zip(indices) {

@@ -1,4 +1,4 @@
-//! Fits a network to clouds: Adam, early stop by patience, the best weights kept.
+//! Fits a network to clouds: Adam, early stopping with patience, best weights kept.
 
 use anyhow::{Result, ensure};
 use candle_core::Tensor;
@@ -19,17 +19,17 @@ use crate::training::tally::Tally;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrainingParameters {
-    /// Most passes over the training clouds.
+    /// Largest number of epochs (passes over the training clouds).
     pub epochs: usize,
-    /// Clouds a step.
+    /// Number of clouds in one step.
     pub batch_size: usize,
-    /// Adam's step size at its highest; it falls to nothing along half a cosine.
+    /// Peak learning rate of Adam; cosine decay to 0 after a short warm-up.
     pub learning_rate: f64,
     /// Decoupled weight decay (Loshchilov & Hutter 2019).
     pub weight_decay: f64,
-    /// Epochs without a better validation loss after which training ends.
+    /// Early stopping: number of epochs without a better validation loss after which training ends.
     pub patience: usize,
-    /// Changes that clouds undergo.
+    /// Random changes of the training clouds.
     pub augmentation: Augmentation,
 }
 
@@ -46,12 +46,12 @@ impl Default for TrainingParameters {
     }
 }
 
-/// What happens while training, for a progress display.
+/// Events of training, for a progress display.
 #[derive(Debug, Clone, Copy)]
 pub enum Event {
     /// A step was made.
     Step {
-        /// From 1.
+        /// Number of the epoch, from 1.
         epoch: usize,
         /// Mean loss of the epoch so far.
         loss: f64,
@@ -60,21 +60,21 @@ pub enum Event {
     },
     /// An epoch ended.
     Epoch(EpochReport),
-    /// An interrupted training goes on after these epochs.
+    /// An interrupted training resumes from its checkpoint.
     Resumed {
-        /// Epochs that need not be done again.
+        /// Number of epochs that the checkpoint has completed.
         epochs: usize,
-        /// Their steps.
+        /// Number of their steps.
         steps: usize,
     },
 }
 
-/// Trains, and leaves the network with the weights of the lowest validation loss. `metres_per_unit` as in the model's
-/// metadata. The same arguments give the same network, also where a training that was interrupted goes on from its
-/// checkpoint, which is removed only by the caller.
+/// Trains the network and sets it to the weights with the lowest validation loss. `metres_per_unit` as in the model's
+/// metadata. The same arguments give the same network, even if an interrupted training resumes from its checkpoint. The
+/// caller removes the checkpoint.
 ///
 /// # Errors
-/// No clouds, a checkpoint of something else, or a loss that is not a number.
+/// There are no clouds, the checkpoint is of another training, or a loss is NaN.
 pub fn train(
     network: &Network,
     [train, validation]: [&LabelledClouds; 2],
@@ -116,14 +116,14 @@ pub fn train(
     Ok(fit.history)
 }
 
-/// The random numbers of one epoch, whatever came before.
+/// The random generator of one epoch: it depends on the seed and the epoch's number alone.
 fn epoch_random(seed: u64, epoch: usize) -> Pcg64Mcg {
     let mut of_training = Pcg64Mcg::seed_from_u64(seed);
     let key: u64 = of_training.random();
     Pcg64Mcg::seed_from_u64(key.wrapping_add(epoch as u64))
 }
 
-/// Training under way.
+/// The state of a running training.
 struct Fit<'a> {
     network: &'a Network,
     train: &'a LabelledClouds,
@@ -135,7 +135,7 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
-    /// The last epoch that was the best so far.
+    /// The epoch with the lowest validation loss so far.
     fn best(&self) -> Option<&EpochReport> {
         self.history.iter().rev().find(|report| report.best)
     }
@@ -216,7 +216,7 @@ fn refuse_nan(loss: f64, epoch: usize) -> Result<()> {
     Ok(())
 }
 
-/// A short warm-up, then half a cosine; `progress` runs from 0 to 1.
+/// Learning rate schedule: linear warm-up, then cosine decay. `progress` runs from 0 to 1.
 fn learning_rate(highest: f64, progress: f64) -> f64 {
     const WARM_UP: f64 = 0.02;
     if progress < WARM_UP {

@@ -1,4 +1,4 @@
-//! Labelled clouds in a file that numpy opens.
+//! Labelled clouds in an npz file, which numpy opens.
 
 use std::path::Path;
 
@@ -98,7 +98,7 @@ fn parse(path: &Path) -> Result<(LabelledClouds, String)> {
         held: held?,
         split: split?,
     };
-    // Files of before it was written were made by other code in any case.
+    // Files without this entry were made by an earlier version, so by other code.
     let made_by = get(MADE_BY).map_or(Ok(Vec::new()), |bytes| bytes.to_vec1::<u8>())?;
     Ok((clouds, String::from_utf8_lossy(&made_by).into_owned()))
 }

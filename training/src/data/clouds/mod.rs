@@ -1,4 +1,4 @@
-//! Labelled clouds as the network gets them.
+//! Labelled clouds: the network's input with its labels.
 
 mod file;
 
@@ -8,33 +8,33 @@ use rand_pcg::Pcg64Mcg;
 
 use super::augment::{Augmentation, augment};
 
-/// What a cloud is for. The numbers are those of the file.
+/// The part of a dataset that a cloud belongs to. The numbers are those in the file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Split {
-    /// Learned from.
+    /// Training set.
     #[default]
     Train = 0,
-    /// Chooses the best epoch.
+    /// Validation set: chooses the best epoch.
     Validation = 1,
-    /// Seen only when all is decided.
+    /// Test set: evaluated once, after training.
     Test = 2,
 }
 
-/// Something taken of a cloud, and what the cloud shows.
+/// Something computed from a cloud (`taken`), with the cloud's label and how it was seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen<T> {
-    /// Index of the class; the number of classes for what is none of them.
+    /// Index of the class; the number of classes stands for "none of them".
     pub label: u32,
-    /// Views that made the cloud; 0: it is the whole surface.
+    /// Number of views that the cloud is made of; 0 for the whole surface.
     pub view_count: u32,
-    /// Whether a gripper held the object; else it stood on something.
+    /// Whether a gripper held the object; otherwise it stood on something.
     pub held: bool,
-    /// What was taken.
+    /// The value computed from the cloud.
     pub taken: T,
 }
 
 impl<T> Seen<T> {
-    /// Something else taken of the same cloud.
+    /// The same label and view with another value.
     pub fn with<U>(&self, taken: U) -> Seen<U> {
         Seen {
             label: self.label,
@@ -57,7 +57,7 @@ pub struct LabelledClouds {
     pub values: Vec<f32>,
     /// `[M]` class indices.
     pub labels: Vec<u32>,
-    /// `[M]` how many views made each cloud; 0 for a whole surface.
+    /// `[M]` number of views that each cloud is made of; 0 for a whole surface.
     pub view_counts: Vec<u32>,
     /// `[M]` 1 where a gripper held the object, 0 where it stood on something or is seen from all sides.
     pub held: Vec<u32>,
@@ -88,7 +88,7 @@ impl LabelledClouds {
     /// The values of one cloud, `[N, columns]`.
     ///
     /// # Panics
-    /// Where there is no such cloud.
+    /// If `index` is not less than [`Self::len`].
     pub fn cloud(&self, index: usize) -> &[f32] {
         let length = self.columns * self.point_count;
         &self.values[index * length..(index + 1) * length]
@@ -140,7 +140,7 @@ impl LabelledClouds {
         }
     }
 
-    /// Some clouds as the network takes them, `[B, N, columns]` in units; changed at random if asked for.
+    /// A batch for the network, `[B, N, columns]` in model units; augmented at random if asked for.
     ///
     /// # Errors
     /// Candle fails.

@@ -1,17 +1,8 @@
 #![allow(clippy::unwrap_used)]
-use candle_core::{Device, Var};
+use candle_core::Device;
 
+use super::super::testing::{largest_difference, random};
 use super::*;
-
-fn random(shape: impl Into<Shape>) -> Var {
-    Var::from_tensor(&Tensor::randn(0.0f32, 1.0, shape, &Device::Cpu).unwrap()).unwrap()
-}
-
-fn largest_difference(a: &Tensor, b: &Tensor) -> f32 {
-    assert_eq!(a.dims(), b.dims());
-    let difference = (a - b).unwrap().abs().unwrap().flatten_all().unwrap();
-    difference.max(0).unwrap().to_scalar().unwrap()
-}
 
 #[test]
 fn values_and_gradients_are_those_of_candles_own_operations() {
