@@ -1,11 +1,11 @@
-//! The file that holds a mount.
+//! The file of a camera mount.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::CameraMount;
 
-/// Why a mount was not written; the file of before is as it was.
+/// Why a mount was not written. The existing file is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum MountFileError {
     /// No file is named.
@@ -13,17 +13,17 @@ pub enum MountFileError {
         "parameter file is empty: name the file that the mount is to be written to, e.g. config/camera_mount.yaml"
     )]
     NoFile,
-    /// The disk says no.
+    /// The file could not be written.
     #[error("cannot write {}: {source}; the mount of before is still there", .path.display())]
     Write {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// The system's error.
         source: io::Error,
     },
 }
 
-/// The content of a new mount's file.
+/// The text of a new file for a mount.
 pub fn content(mount: &CameraMount) -> String {
     let [translation_m, rotation_rpy_rad] = place(mount).map(|(_, value)| value);
     format!(
@@ -36,11 +36,11 @@ pub fn content(mount: &CameraMount) -> String {
     )
 }
 
-/// Writes where a mount is, whole or not at all, and leaves all else in the file as the user wrote it. What the file held before
-/// is kept beside it, with `.old` after its name, or `.old.2` and so on where there is one already.
+/// Writes a mount's position and rotation into its file, whole or not at all. Everything else in the file stays as the user
+/// wrote it. The previous content is kept in a backup beside the file, with `.old` after its name, or `.old.2` and so on.
 ///
 /// # Errors
-/// Names the file and why.
+/// [`MountFileError`]: no file is named, or it cannot be written.
 pub fn write(mount: &CameraMount, path: &Path) -> Result<(), MountFileError> {
     if path.as_os_str().is_empty() {
         return Err(MountFileError::NoFile);
@@ -52,7 +52,7 @@ pub fn write(mount: &CameraMount, path: &Path) -> Result<(), MountFileError> {
 }
 
 fn replace(path: &Path, mount: &CameraMount) -> io::Result<()> {
-    // A link, as in a workspace that was built with links, stays one.
+    // Follow symbolic links, as in a catkin workspace built with links, instead of replacing them.
     let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let before = match std::fs::read_to_string(&path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -71,7 +71,7 @@ fn replace(path: &Path, mount: &CameraMount) -> io::Result<()> {
     whole_file::write(&path, text.as_bytes())
 }
 
-/// Names a file that `path` held before after it, and replaces none.
+/// Gives the backup the first free name after `path`; replaces no existing file.
 fn keep(mut old: tempfile::NamedTempFile, path: &Path) -> io::Result<()> {
     for number in 1.. {
         let mut name = path.to_owned().into_os_string();
@@ -87,7 +87,7 @@ fn keep(mut old: tempfile::NamedTempFile, path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Names and values of what a calibration changes.
+/// Keys and values that a calibration changes.
 fn place(mount: &CameraMount) -> [(&'static str, String); 2] {
     let numbers =
         |values: [f64; 3]| format!("[{}]", values.map(|value| format!("{value:.6}")).join(", "));
@@ -97,7 +97,7 @@ fn place(mount: &CameraMount) -> [(&'static str, String); 2] {
     ]
 }
 
-/// The text of a mount's file with another place in it; `None` where it is not laid out as such.
+/// The text of a mount's file with another position and rotation; `None` if these keys cannot be found in it.
 fn edited(text: &str, mount: &CameraMount) -> Option<String> {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (key, value) in place(mount) {
@@ -106,7 +106,7 @@ fn edited(text: &str, mount: &CameraMount) -> Option<String> {
             lines.push(format!("{start} {value}"));
             continue;
         };
-        // A value may go on over several lines.
+        // A value may extend over several lines.
         let is_rest = |line: &&String| line.starts_with([' ', '-', ']']);
         let rest = lines.iter().skip(index + 1).take_while(is_rest).count();
         let old: Vec<String> = lines.drain(index..=index + rest).collect();
@@ -119,7 +119,7 @@ fn edited(text: &str, mount: &CameraMount) -> Option<String> {
     (place(&read) == place(mount)).then_some(edited)
 }
 
-/// The comment at the end of a line; in these values no text holds a "#".
+/// The comment at the end of a line. The values are numbers, so that a "#" always starts a comment.
 fn comment(line: &str) -> Option<&str> {
     line.find(" #").map(|at| line[at..].trim())
 }

@@ -1,4 +1,4 @@
-//! Where the camera sits on the robot's head, and how to find out.
+//! The pose of the camera on the robot's head, and its calibration.
 
 pub mod calibration;
 pub mod file;
@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
-/// The mount, as `config/camera_mount.yaml` holds it.
+/// The mount, with the fields of `config/camera_mount.yaml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraMount {
@@ -22,12 +22,12 @@ pub struct CameraMount {
     pub translation_m: [f64; 3],
     /// Roll, pitch and yaw of the camera in the parent frame, radians; positive pitch looks down.
     pub rotation_rpy_rad: [f64; 3],
-    /// How it is calibrated.
+    /// Parameters of the calibration.
     pub calibration: SweepParameters,
 }
 
 impl Default for CameraMount {
-    /// On Baxter's display, where its own head camera looks from, pitched down as the display is.
+    /// On top of Baxter's display, at its own head camera, pitched down like the display.
     fn default() -> Self {
         Self {
             parent_frame: "head".into(),
@@ -68,7 +68,7 @@ impl CameraMount {
         self.calibration.validate()
     }
 
-    /// parent_from_camera.
+    /// The camera's pose in the parent frame.
     pub fn parent_from_camera(&self) -> Isometry3<f64> {
         let [roll, pitch, yaw] = self.rotation_rpy_rad;
         Isometry3::from_parts(
@@ -77,7 +77,7 @@ impl CameraMount {
         )
     }
 
-    /// The same mount at another place.
+    /// The same mount with another pose.
     pub fn moved_to(&self, parent_from_camera: &Isometry3<f64>) -> Self {
         let (roll, pitch, yaw) = parent_from_camera.rotation.euler_angles();
         Self {

@@ -1,4 +1,4 @@
-//! Publishes where the camera sits as a fixed transform, and finds it out on request.
+//! Publishes the camera's pose as a static transform, and calibrates it on request.
 
 mod shell;
 

@@ -1,19 +1,19 @@
-//! What a user can set about calibration.
+//! Parameters of the calibration.
 
 use std::path::PathBuf;
 
 use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
-/// How the mount is calibrated.
+/// Parameters of the calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SweepParameters {
-    /// Where a new mount is written on request; empty: nowhere.
+    /// File to which a new mount is written on request; may be empty if none is to be written.
     pub file: PathBuf,
-    /// Views of a sweep unless the caller says otherwise.
+    /// Default number of views of a sweep.
     pub view_count: u32,
-    /// Time for a sweep, s.
+    /// Time limit of a sweep, s.
     pub deadline_s: f64,
 }
 

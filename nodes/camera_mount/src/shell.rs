@@ -1,4 +1,4 @@
-//! The service around the calibration: it has the wrist turned, collects what the camera sees, and answers.
+//! The calibration's ROS service: requests a sweep of the wrist, collects its views, calibrates, and answers.
 
 use std::fmt::Write;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,7 +15,7 @@ use msg::tf2_msgs::TFMessage;
 use nalgebra::{Isometry3, Vector6};
 use node::{Life, Node, Publisher, Server, Transforms};
 
-/// How long TF has to know the frames of a view that is already there.
+/// Time limit for TF to provide the frames of a received view.
 const TRANSFORM_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Offers the calibration, until dropped.
@@ -31,7 +31,7 @@ struct Calibrator {
     sweeps: tokio::sync::Mutex<Vec<Vec<Seen>>>,
 }
 
-/// A view, without the mount in it: that may have changed when it is used.
+/// A view independent of the mount, which may have changed by the time the view is used.
 struct Seen {
     hand_from_parent: Isometry3<f64>,
     points: Vec<nalgebra::Point3<f32>>,
@@ -103,7 +103,7 @@ impl Calibrator {
         };
         let believed: Vec<Vec<View>> = sweeps.iter().map(views).collect();
         let found = tokio::task::spawn_blocking(move || calibrate(&believed)).await?;
-        // Views that agree with nothing must not spoil the sweeps that come after them.
+        // Drop a failed sweep, so that it does not spoil the calibrations with later sweeps.
         let found = found.inspect_err(|_| drop(sweeps.pop()))?;
         let parent_from_camera =
             parent_from_optical * found.believed_from_actual * camera_from_optical.inverse();
@@ -124,7 +124,7 @@ impl Calibrator {
         })
     }
 
-    /// Has views taken of the object in hand; gives what was seen, and camera_from_optical.
+    /// Requests views of the object in hand. Returns them, and camera_from_optical.
     async fn sweep(
         &self,
         mount: &CameraMount,
@@ -220,7 +220,7 @@ fn response(
     }
 }
 
-/// What remains open, and what would tell.
+/// Describes a motion that is still open, and how to determine it.
 fn in_words(motion: &Vector6<f64>, frame: &str) -> String {
     let (turn, shift) = calibration::turn_and_shift(motion);
     let mut text = String::new();

@@ -25,14 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut rates = Vec::new();
     for share in [0.05, 0.5, 1.0] {
         let data = image(share, &mut random);
-        let view = DepthImage {
-            width: CAMERA.width,
-            height: CAMERA.height,
-            step: 2 * CAMERA.width,
-            encoding: "16UC1",
-            is_bigendian: false,
-            data: &data,
-        };
+        let view = DepthImage::of_millimetres(CAMERA.width, CAMERA.height, &data);
         let mut thresholder = Thresholder::new(Parameters::default())?;
         let start = Instant::now();
         let (mut images, mut points) = (0, 0);

@@ -1,4 +1,4 @@
-//! The camera's depth images, plain or packed.
+//! Subscribes to the camera's depth images, raw or compressed.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -10,19 +10,22 @@ use msg::std_msgs::Header;
 use node::{Expect, Node, Subscriber};
 
 const TOPIC: &str = "camera/depth/image_rect_raw";
-/// What image_transport adds for the packed images, which is what most bags of depth hold.
+/// Name that image_transport appends to the topic of compressed depth images. Most bags hold these.
 const PACKED: &str = "compressedDepth";
-/// After so long without an image it is asked whether they come on the other topic.
+/// Watchdog: after this time without an image, the node asks the master whether the other topic is published.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// A depth image as it came.
+/// A depth image message, raw or compressed.
 pub enum Picture {
     Plain(Image),
     Packed(CompressedImage),
 }
 
 impl Picture {
-    /// Works on the image.
+    /// Calls `work` with the image, decompressed if necessary.
+    ///
+    /// # Errors
+    /// A compressed image cannot be decompressed.
     pub fn with_image<T>(&self, work: impl FnOnce(&DepthImage) -> T) -> Result<T, CompressedError> {
         match self {
             Self::Plain(image) => Ok(work(&DepthImage {
@@ -50,10 +53,10 @@ impl Picture {
 
 type Take = dyn Fn(&str, Picture) + Send + Sync;
 
-/// Takes images from one topic at a time: the plain one, and the packed one where only that is published.
+/// Subscribes to one topic at a time: the raw one, or the compressed one if only that is published.
 pub struct Camera {
     node: Node,
-    /// With its namespace, as it is remapped.
+    /// Resolved name of the raw topic: with namespace and remapping.
     topic: String,
     packed_topic: String,
     take: Arc<Take>,
@@ -61,7 +64,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// `take` is given each image with the name of its topic, without image_transport's part.
+    /// `take` is called with each image and its topic's name without image_transport's suffix.
     pub fn new(node: &Node, take: impl Fn(&str, Picture) + Send + Sync + 'static) -> Self {
         let topic = node.resolved(TOPIC);
         Self {
@@ -73,11 +76,11 @@ impl Camera {
         }
     }
 
-    /// Takes images until something cannot be done.
+    /// Receives images until an error occurs, which is returned.
     pub async fn watch(self) -> Error {
         let mut is_packed = false;
         loop {
-            // What is held is what is heard.
+            // The subscription lasts as long as this value.
             let _heard = match self.subscribe(is_packed) {
                 Ok(heard) => heard,
                 Err(error) => return error,
@@ -118,7 +121,7 @@ impl Camera {
         }
     }
 
-    /// Waits a while and, if nothing has come meanwhile, asks the master whether only the other topic is published.
+    /// Waits, and if no image has arrived meanwhile, asks the master whether only the other topic is published.
     async fn is_elsewhere(&self, is_packed: bool) -> bool {
         tokio::time::sleep(PATIENCE / 2).await;
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -133,7 +136,7 @@ impl Camera {
         let asked = tokio::task::spawn_blocking(move || -> anyhow::Result<bool> {
             Ok(node.publishers_of(&here)?.is_empty() && !node.publishers_of(&there)?.is_empty())
         });
-        // While the master is away nothing is known.
+        // If the master cannot be reached, stay with the present topic.
         matches!(asked.await, Ok(Ok(true)))
     }
 }

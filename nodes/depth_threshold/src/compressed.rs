@@ -1,29 +1,30 @@
-//! Depth images as `compressed_depth_image_transport` packs them: a head of twelve bytes, then PNG or RVL.
+//! Depth images compressed by `compressed_depth_image_transport`: a header of twelve bytes, then PNG or RVL.
 //!
-//! The head (`ConfigHeader` of that package, little-endian) is an int32 that says nothing here and two float32 a and b. Whole
-//! millimetres are packed as they are; of metres the packed word is a / z + b, rounded down, and 0 where there is none.
+//! The header (`ConfigHeader` of that package, little-endian) is an int32, unused here, and two float32 a and b. Depths in
+//! whole millimetres are stored as they are. A depth z in metres is stored as a / z + b, rounded down; 0 means no depth.
 
 use std::io::Cursor;
 
 use crate::image::DepthImage;
 use crate::rvl;
 
-/// Most pixels of an image that is unpacked; twice the largest that depth cameras make.
+/// Most pixels of an image that is decompressed: twice the largest images of depth cameras. Limits the memory that a
+/// damaged header can claim.
 const PIXELS_MAX: usize = 1 << 22;
 const HEAD_SIZE: usize = 12;
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Why a packed image cannot be unpacked.
+/// Why a compressed image cannot be decompressed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CompressedError {
-    /// Another kind of picture, or packed in another way.
+    /// Another encoding or compression.
     #[error(
         "the packed depth image has format {format:?}; 16UC1 and 32FC1 as \"compressedDepth\" of png or rvl can be read: \
          unpack it by `rosrun image_transport republish compressedDepth in:=TOPIC raw out:=TOPIC`, TOPIC without \
          /compressedDepth"
     )]
     Format {
-        /// As the message says.
+        /// The message's format field.
         format: String,
     },
     /// It breaks the rules of its format.
@@ -34,7 +35,7 @@ pub enum CompressedError {
     },
 }
 
-/// An unpacked image.
+/// A decompressed image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unpacked {
     width: u32,
@@ -80,7 +81,7 @@ impl Unpacked {
         })
     }
 
-    /// As it would have come without packing.
+    /// The image as the raw topic would have it.
     pub fn image(&self) -> DepthImage<'_> {
         let pixel_size = if self.encoding == "32FC1" { 4 } else { 2 };
         DepthImage {
@@ -94,7 +95,7 @@ impl Unpacked {
     }
 }
 
-/// Depths in metres, little-endian, of packed words.
+/// Converts stored words to depths in metres, as little-endian float32.
 fn metres(head: &[u8], words: &[u16]) -> Vec<u8> {
     let [a, b] = [4, 8].map(|at| {
         let bytes = head.get(at..).and_then(|bytes| bytes.first_chunk());

@@ -18,19 +18,33 @@ pub struct DepthImage<'a> {
     pub data: &'a [u8],
 }
 
+impl<'a> DepthImage<'a> {
+    /// An image in whole millimetres, little-endian, without padding: `data` has two bytes for each pixel.
+    pub fn of_millimetres(width: u32, height: u32, data: &'a [u8]) -> Self {
+        Self {
+            width,
+            height,
+            step: 2 * width,
+            encoding: "16UC1",
+            is_bigendian: false,
+            data,
+        }
+    }
+}
+
 /// Why an image cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ImageError {
-    /// Another kind of picture.
+    /// An encoding that holds no depths.
     #[error(
         "the depth image has encoding {encoding:?}; only 16UC1 or mono16 (mm) and 32FC1 (m) hold depths: \
          connect the camera's depth topic"
     )]
     Encoding {
-        /// As the message says.
+        /// The message's encoding.
         encoding: String,
     },
-    /// Rows that overlap.
+    /// `step` is smaller than a row, so that rows would overlap.
     #[error(
         "the depth image has step {step}, but {width} pixels of {encoding} take {needed} bytes a row; \
          correct the program that publishes it"
@@ -40,24 +54,24 @@ pub enum ImageError {
         step: u32,
         /// Columns.
         width: u32,
-        /// As the message says.
+        /// The message's encoding.
         encoding: String,
-        /// Least bytes from row to row.
+        /// Number of bytes that a row needs.
         needed: u64,
     },
-    /// Less or more than the rows.
+    /// The data's length is not `step` × `height`.
     #[error(
         "the depth image has {len} bytes of data, but {height} rows of {step} bytes are {expected}; \
          correct the program that publishes it"
     )]
     DataLength {
-        /// Bytes there.
+        /// Length of the data, bytes.
         len: usize,
         /// Rows.
         height: u32,
         /// Bytes from row to row.
         step: u32,
-        /// Bytes that should be there.
+        /// Expected length, bytes.
         expected: u64,
     },
     /// No rows or no columns.
@@ -89,7 +103,7 @@ impl Depths {
 }
 
 impl DepthImage<'_> {
-    /// Checks the image and puts its depths into `depths`, whose memory is used again.
+    /// Checks the image and writes its depths into `depths`, whose memory is reused.
     pub(crate) fn decode(&self, depths: &mut Depths) -> Result<(), ImageError> {
         let pixel_size = self.check()?;
         let row_size = self.width as usize * pixel_size;
@@ -165,7 +179,7 @@ fn words<const SIZE: usize>(row: &[u8]) -> impl Iterator<Item = &[u8; SIZE]> {
     row.as_chunks().0.iter()
 }
 
-/// REP 117: infinities say too near or too far, NaN says nothing; none is a depth.
+/// Maps REP 117's non-depths to 0: infinities mean too near or too far, NaN means unknown.
 fn valid(depth_m: f32) -> f32 {
     if depth_m.is_finite() && depth_m > 0.0 {
         depth_m

@@ -1,6 +1,6 @@
-//! What a camera_info message says about the lens.
+//! Intrinsics from camera_info messages.
 
-/// What counts of a sensor_msgs/CameraInfo, borrowed (REP 104 and the message's own comments).
+/// The relevant fields of a sensor_msgs/CameraInfo, borrowed (REP 104 and the message's own comments).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration<'a> {
     /// Columns of the image that was calibrated.
@@ -9,26 +9,26 @@ pub struct Calibration<'a> {
     pub height: u32,
     /// Distortion of the image before rectification; empty or zeros for none.
     pub d: &'a [f64],
-    /// Of the image before rectification, 3 × 3, row by row.
+    /// K: camera matrix of the image before rectification, 3 × 3, row-major.
     pub k: &'a [f64; 9],
-    /// Of the rectified image, 3 × 4, row by row; zeros where nobody said.
+    /// P: projection matrix of the rectified image, 3 × 4, row-major; zeros if unknown.
     pub p: &'a [f64; 12],
-    /// How many columns and rows of the sensor became one; 0 is 1.
+    /// Number of columns and rows of the sensor that are combined into one; 0 means 1.
     pub binning: [u32; 2],
-    /// First column and row, and columns and rows, that the image shows, before binning; zeros for all.
+    /// Region of interest before binning: first column, first row, columns, rows; zeros for the whole image.
     pub region: [u32; 4],
 }
 
-/// A camera without distortion.
+/// A pinhole camera without distortion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intrinsics {
     /// Focal length along x, pixels.
     pub fx: f64,
     /// Focal length along y, pixels.
     pub fy: f64,
-    /// Column of the optical axis, pixels; 0 is the middle of the first column.
+    /// Column of the principal point, pixels; 0 is the centre of the first column.
     pub cx: f64,
-    /// Row of the optical axis, pixels.
+    /// Row of the principal point, pixels.
     pub cy: f64,
     /// Columns of the image.
     pub width: u32,
@@ -49,7 +49,7 @@ pub enum IntrinsicsError {
         /// Along y, pixels.
         fy: f64,
     },
-    /// No camera looks beside its own image.
+    /// The principal point lies outside the image.
     #[error(
         "camera_info has its optical axis at ({cx}, {cy}), outside its image of {width}×{height}"
     )]
@@ -63,7 +63,7 @@ pub enum IntrinsicsError {
         /// Rows of the image.
         height: u32,
     },
-    /// Nothing else has a meaning here.
+    /// The matrix is not that of a rectified pinhole camera.
     #[error(
         "camera_info's {name} {matrix:?} is not [fx 0 cx, 0 fy cy, 0 0 1]; take that of the rectified image"
     )]
@@ -73,36 +73,36 @@ pub enum IntrinsicsError {
         /// Row by row.
         matrix: Vec<f64>,
     },
-    /// Pixels of such an image are not where the matrix says.
+    /// The image is distorted: its pixels are not where the camera matrix projects.
     #[error(
         "camera_info has distortion {d:?}, and the image on {topic} is not rectified; connect a rectified depth image, like \
          camera/depth/image_rect_raw, or rectify it (rosrun image_proc image_proc)"
     )]
     Distorted {
-        /// As in the message.
+        /// The message's distortion coefficients.
         d: Vec<f64>,
-        /// Where the image came from.
+        /// Topic of the image.
         topic: String,
     },
-    /// Only P describes a rectified image.
+    /// The image is rectified, but P, which describes it, is missing.
     #[error(
         "camera_info has distortion {d:?} and no P, which describes the rectified image on {topic}; publish it, or calibrate \
          the camera (rosrun camera_calibration cameracalibrator.py)"
     )]
     NoProjection {
-        /// As in the message.
+        /// The message's distortion coefficients.
         d: Vec<f64>,
-        /// Where the image came from.
+        /// Topic of the image.
         topic: String,
     },
 }
 
 impl Calibration<'_> {
-    /// The lens of images on `topic`, whose name says whether they are rectified (`image_rect`, `image_rect_raw`): P
+    /// Intrinsics of the images on `topic`. Its name tells whether they are rectified (`image_rect`, `image_rect_raw`): P
     /// describes those, K and D the others.
     ///
     /// # Errors
-    /// [`IntrinsicsError`] where the matrix is none, or the image is distorted.
+    /// [`IntrinsicsError`] if the matrix is unusable, or the image is distorted.
     pub fn intrinsics(&self, topic: &str) -> Result<Intrinsics, IntrinsicsError> {
         let mut words = topic.rsplit('/').next().unwrap_or_default().split('_');
         let is_rectified = words.any(|word| ["rect", "rectified"].contains(&word));
@@ -157,7 +157,7 @@ impl Calibration<'_> {
 }
 
 impl Intrinsics {
-    /// Those of a region of the image, and of the binned image (`image_geometry::PinholeCameraModel`).
+    /// Intrinsics of a region of the image after binning, as `image_geometry::PinholeCameraModel` computes them.
     fn shown(self, region: [u32; 4], binning: [u32; 2]) -> Self {
         let [x, y, width, height] = match region {
             [_, _, 0, _] | [_, _, _, 0] => [0, 0, self.width, self.height],
@@ -175,7 +175,8 @@ impl Intrinsics {
         }
     }
 
-    /// Those of an image decimated by `factor`: librealsense divides all four, without a shift by half a pixel.
+    /// Intrinsics of an image decimated by `factor`. Like librealsense it divides all four numbers, without a shift by half
+    /// a pixel.
     pub fn decimated(&self, factor: u32) -> Self {
         let divided = |value: f64| value / f64::from(factor);
         Self {

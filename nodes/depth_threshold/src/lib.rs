@@ -27,10 +27,10 @@ pub struct Parameters {
     pub depth_min_m: f64,
     /// Farthest depth kept, m.
     pub depth_max_m: f64,
-    /// Side of the squares of pixels that become one, 1 (none) to 8, as in librealsense.
+    /// Decimation factor: side of the squares of pixels that become one, 1 (none) to 8, as in librealsense.
     pub decimation: u32,
-    /// A pixel that is this much nearer or farther than one beside it is dropped, m; 0 drops none. Stereo depth is
-    /// smeared where an object ends, and such points hang between it and what is behind.
+    /// Flying pixels: a pixel is dropped if its depth differs from a neighbour's by more than this, m; 0 drops none. Stereo
+    /// depth is smeared at the edge of an object, which gives points between it and the background.
     pub edge_jump_m: f64,
 }
 
@@ -46,7 +46,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// What may change from one image to the next.
+    /// Parameters that can be changed at run time.
     pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
         depth_min_m: f64, 0.0..=65.0, "m", "Nearest depth kept";
         depth_max_m: f64, 0.0..=65.0, "m", "Farthest depth kept";
@@ -54,7 +54,10 @@ impl Parameters {
         decimation: u32, 1..=8, "", "Side of the squares of pixels that become one";
     };
 
-    /// Refuses what cannot be meant.
+    /// Checks that every parameter is in its range.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
         for tunable in Self::TUNABLES {
             tunable.check(self)?;
@@ -68,16 +71,16 @@ impl Parameters {
     }
 }
 
-/// Why an image gave no points.
+/// Why an image cannot be thresholded.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ThresholdError {
-    /// The image itself.
+    /// The image is unusable.
     #[error(transparent)]
     Image(#[from] ImageError),
-    /// What was said about the camera.
+    /// The camera_info is unusable.
     #[error(transparent)]
     Intrinsics(#[from] IntrinsicsError),
-    /// They belong to different streams.
+    /// Image and camera_info have different sizes: they belong to different streams.
     #[error(
         "the depth image is {image_width}×{image_height} but its camera_info is for {info_width}×{info_height}; \
          connect the camera_info that belongs to the image (a decimated stream has one of its own)"
@@ -94,7 +97,7 @@ pub enum ThresholdError {
     },
 }
 
-/// Thresholds images, keeping its memory from one to the next.
+/// Thresholds images. Reuses its buffers from image to image.
 #[derive(Debug, Clone)]
 pub struct Thresholder {
     parameters: Parameters,
@@ -104,7 +107,10 @@ pub struct Thresholder {
 }
 
 impl Thresholder {
-    /// Checks the parameters.
+    /// Makes a thresholder with these parameters.
+    ///
+    /// # Errors
+    /// A parameter is out of its range.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.validate()?;
         Ok(Self {
@@ -115,12 +121,15 @@ impl Thresholder {
         })
     }
 
-    /// What it works by.
+    /// The parameters in use.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// The points that the image shows between the two depths, row by row, m, in the camera's optical frame.
+    /// The image's points between the two depths, row by row, m, in the camera's optical frame.
+    ///
+    /// # Errors
+    /// [`ThresholdError`] if the image, its intrinsics or their sizes are unusable.
     pub fn points(
         &mut self,
         image: &DepthImage,
@@ -153,7 +162,8 @@ fn check_sizes(image: &DepthImage, intrinsics: &Intrinsics) -> Result<(), Thresh
 }
 
 fn keep(depths: &Depths, rays: &Rays, parameters: &Parameters) -> Vec<Point3<f32>> {
-    // In the image's unit, so that whole millimetres compare exactly; the margin is far below any camera's step.
+    // Compare in the image's unit, so that whole millimetres compare exactly. The margin is far below any camera's
+    // resolution.
     let in_units = |length_m: f64| (length_m * f64::from(depths.units_per_m)) as f32;
     let margin_m = 1e-6;
     let (min, max) = (
@@ -169,7 +179,7 @@ fn keep(depths: &Depths, rays: &Rays, parameters: &Parameters) -> Vec<Point3<f32
     let mut points = Vec::with_capacity(depths.values.len() / 8);
     for (y, &ray_y) in rays.y.iter().enumerate() {
         let row = depths.row(y);
-        // Outside the image there is nothing to differ from: the border stands beside itself.
+        // Pixels at the image's border are their own neighbours, so that they differ from nothing outside.
         let (above, below) = (
             depths.row(y.saturating_sub(1)),
             depths.row((y + 1).min(rays.y.len() - 1)),

@@ -55,7 +55,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     }
 }
 
-/// Works by the parameters in force.
+/// Applies changed parameters to the thresholder.
 fn tune(thresholder: &mut Thresholder, parameters: &Parameters) -> anyhow::Result<()> {
     if thresholder.parameters() != parameters {
         *thresholder = Thresholder::new(parameters.clone())?;
@@ -87,7 +87,7 @@ fn threshold(
     Ok(msg::cloud::from_points(picture.into_header(), &points))
 }
 
-/// Tells of trouble once, not thirty times a second.
+/// Reports each error once, not for each of thirty images a second.
 struct Reporter {
     health: Health,
     trouble: Option<String>,

@@ -1,17 +1,18 @@
-//! RVL, lossless packing of depths (Wilson, "Fast Lossless Depth Image Compression", ISS 2017).
+//! Decoder of RVL, a lossless compression of depths (Wilson, "Fast Lossless Depth Image Compression", ISS 2017).
 //!
-//! Turn by turn: how many zeros come, how many others, and of each of these its difference from the one before, the sign
-//! folded into the lowest bit. Each number is nibbles of three bits, lowest first, of which the top bit says that there are
-//! more. Eight nibbles stand in a little-endian word, the highest first.
+//! The stream alternates between the number of zeros, the number of other depths, and for each of these the difference from
+//! the one before, zigzag-coded (the sign is the lowest bit). Each number is a sequence of nibbles with three bits of data,
+//! lowest first; the nibble's top bit tells that more follow. Eight nibbles are packed into a little-endian 32-bit word,
+//! the first one highest.
 
-/// So many depths; `None` where the words do not make just as many.
+/// Decodes exactly `count` depths; `None` if the data hold another number.
 pub(crate) fn decode(packed: &[u8], count: usize) -> Option<Vec<u16>> {
     let mut nibbles = Nibbles { packed, taken: 0 };
     let mut depths = Vec::with_capacity(count);
     let mut depth = 0_u16;
     while depths.len() < count {
         let (zeros, others) = (nibbles.number()?, nibbles.number()?);
-        // Two zeros in turn would go on for ever.
+        // Two counts of 0 in turn make no progress; refuse them, or damaged data could loop for ever.
         if zeros + others == 0 || zeros + others > count - depths.len() {
             return None;
         }
@@ -47,7 +48,7 @@ impl Nibbles<'_> {
 
     fn next(&mut self) -> Option<u8> {
         let (word, place) = (self.taken / 8, self.taken % 8);
-        // The last byte of a word comes first, and of a byte its upper half.
+        // The last byte of a word comes first, and of each byte the upper half.
         let byte = *self.packed.get(4 * word + 3 - place / 2)?;
         self.taken += 1;
         Some(if place.is_multiple_of(2) {

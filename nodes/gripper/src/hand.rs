@@ -1,37 +1,39 @@
-//! What is asked of a hand, and what comes of it.
+//! The interface of a gripper: tasks, outcomes, and the trait of its protocols.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+use baxter::{Aged, Silence};
 
 use crate::error::GraspError;
 
-/// Where the fingers are to go.
+/// Target of the fingers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// As far apart as they can be.
+    /// Fully open.
     Open,
-    /// Together, or onto what is between them.
+    /// Closed, or onto the object between them.
     Close,
-    /// So many metres apart, or onto what is between them.
+    /// This distance apart, m, or onto the object between them.
     Width(f64),
 }
 
 /// One grasp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Task {
-    /// Where to.
+    /// Target of the fingers.
     pub goal: Goal,
     /// Share of the largest force at which the fingers stop, above 0 and up to 1; `None`: as configured.
     pub force: Option<f64>,
 }
 
-/// How a grasp ended well.
+/// Outcome of a successful grasp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// The fingers hold something.
     Gripped,
     /// They closed to the end of their travel and met nothing.
     Missed,
-    /// They are where they were to go, and met nothing.
+    /// They reached their target and met nothing.
     Reached,
 }
 
@@ -44,19 +46,40 @@ pub struct Grasped {
     pub width_m: f64,
 }
 
-/// What to do now.
+/// What the caller has to do next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step<C> {
-    /// Send this.
+    /// Send this command.
     Send(C),
-    /// Nothing: the hand is at work.
+    /// Nothing: the hand is moving.
     Wait,
-    /// Nothing more: the grasp has ended.
+    /// Nothing any more: the grasp has ended.
     Done(Grasped),
 }
 
-/// A gripper's protocol. It does one task at a time: [`Hand::begin`], then [`Hand::step`] a hundred times a second until it
-/// returns the end or an error.
+/// The last message of a gripper on `topic`, if it is fresh.
+///
+/// # Errors
+/// There is none, or it is older than `age_max`.
+pub(crate) fn fresh_state<'a, T>(
+    last: Option<&'a Aged<T>>,
+    age_max: Duration,
+    topic: &str,
+    now: Instant,
+) -> Result<&'a T, GraspError> {
+    let topic = topic.to_owned();
+    baxter::fresh(last, age_max, now).map_err(|silence| match silence {
+        Silence::Never => GraspError::Absent { topic },
+        Silence::Stale { age_s, max_s } => GraspError::Silent {
+            topic,
+            age_s,
+            max_s,
+        },
+    })
+}
+
+/// A gripper's protocol as a state machine. It does one task at a time: [`Hand::begin`], then [`Hand::step`] at 100 Hz until
+/// that returns [`Step::Done`] or an error.
 pub trait Hand {
     /// What the gripper publishes.
     type State;
@@ -66,36 +89,36 @@ pub trait Hand {
     /// Takes a message of the gripper.
     fn hear(&mut self, state: Self::State, now: Instant);
 
-    /// Is the gripper there, and fit for a task?
+    /// Checks that the gripper is connected and ready for a task.
     ///
     /// # Errors
-    /// Why not.
+    /// Why it is not.
     fn check(&self, now: Instant) -> Result<(), GraspError>;
 
     /// Starts a task, in place of any other.
     ///
     /// # Errors
-    /// It cannot be done; nothing is to be sent.
+    /// The task cannot be done; no command was issued.
     fn begin(&mut self, task: Task, now: Instant) -> Result<(), GraspError>;
 
-    /// What to do now for the task.
+    /// Advances the task.
     ///
     /// # Errors
-    /// The task has failed; [`Hand::halt`] next.
+    /// The task has failed; call [`Hand::halt`] next.
     fn step(&mut self, now: Instant) -> Result<Step<Self::Command>, GraspError>;
 
-    /// Gives the task up: the command that stops the fingers where they are, where one is needed.
+    /// Abandons the task. Returns the command that stops the fingers where they are, if one is needed.
     fn halt(&mut self) -> Option<Self::Command>;
 
-    /// Distance between the fingers, metres, as last heard.
+    /// Last measured distance between the fingers, m.
     fn width_m(&self) -> Option<f64>;
 }
 
 impl Task {
-    /// From the words and numbers of a request.
+    /// Parses a request.
     ///
     /// # Errors
-    /// A command that there is not; a width that is no number above 0; a force outside 0 to 1.
+    /// An unknown command, a width that is not a positive number, or a force outside of 0 to 1.
     pub fn new(command: &str, width_m: f64, force: f64) -> Result<Self, GraspError> {
         let goal = match command {
             "open" => Goal::Open,

@@ -1,8 +1,8 @@
-//! Opens and closes a gripper, and says what its fingers met. Without ROS.
+//! Opens and closes a gripper, and reports what its fingers met. Independent of ROS.
 //!
-//! A [`Hand`] is a protocol as a state machine: it is told what arrives and what time it is, and says what to send. There
-//! are two, [`Electric`] (Baxter's electric gripper) and [`Reflex`] (a ReFlex hand). Metres, radians, seconds; forces are
-//! shares of the gripper's largest.
+//! A [`Hand`] is a protocol as a state machine: its inputs are messages and the time, its outputs are commands. There are
+//! two, [`Electric`] (Baxter's electric gripper) and [`Reflex`] (a ReFlex hand). Metres, radians, seconds; forces are shares
+//! of the gripper's largest.
 
 mod electric;
 mod error;

@@ -42,7 +42,7 @@ pub struct Parameters {
 pub struct ElectricParameters {
     /// Distance between the fingers; depends on which fingers are in which slots.
     pub gap: Gap,
-    /// Find the ends of the travel first where the gripper does not know them? It opens the hand for that.
+    /// Whether to calibrate a gripper that does not know the ends of its travel. Calibration opens the hand.
     pub calibrate: bool,
     /// Speed of the fingers, share of the largest.
     pub velocity: f64,
@@ -50,7 +50,7 @@ pub struct ElectricParameters {
     pub moving_force: f64,
     /// Force with which they then hold, share of the largest.
     pub holding_force: f64,
-    /// Distance from its goal that the gripper takes for there, share of the travel.
+    /// Distance from its target at which the gripper counts as arrived, share of the travel.
     pub dead_zone: f64,
     /// Time for the gripper to acknowledge a command, s.
     pub acknowledge_patience_s: f64,
@@ -64,8 +64,8 @@ pub struct ElectricParameters {
 pub struct ReflexParameters {
     /// Namespace of the hand's driver; empty: /hand2/reflex_takktile on the left, /reflex_takktile on the right.
     pub base: String,
-    /// Distance between the fingertips when open, m. Assumed: measure it; between open and closed it is taken to change
-    /// evenly with the angle.
+    /// Distance between the fingertips when open, m. The default is an assumption: measure it. The distance is taken to be
+    /// linear in the angle.
     pub open_width_m: f64,
     /// Angle of closed fingers, rad.
     pub closed_rad: f64,
@@ -77,9 +77,9 @@ pub struct ReflexParameters {
     pub load_max: f64,
     /// Force at which fingers stop, share of `load_max`.
     pub force: f64,
-    /// How far the commanded angle may be ahead of the measured one, rad.
+    /// Largest lead of the commanded angle over the measured one, rad.
     pub lead_max_rad: f64,
-    /// Distance from its goal at which a finger is there, rad.
+    /// Distance from its target at which a finger counts as arrived, rad.
     pub tolerance_rad: f64,
 }
 
@@ -147,24 +147,24 @@ impl Parameters {
         StateRules {
             age_max: Duration::from_secs_f64(self.state_age_max_s),
             require_ready: false,
-            // It may be one of the arm's.
+            // The error may concern an arm; the gripper can still be used.
             tolerate_error: true,
         }
     }
 
-    /// Topics of the electric gripper begin so.
+    /// Prefix of the electric gripper's topics.
     pub fn electric_base(&self) -> String {
         self.side.gripper_topics()
     }
 
-    /// Topics of the ReFlex hand begin so.
+    /// Prefix of the ReFlex hand's topics.
     pub fn reflex_base(&self) -> String {
         self.reflex.topics_on(self.side)
     }
 }
 
 impl ReflexParameters {
-    /// Topics of a hand on this arm begin so.
+    /// Prefix of the topics of a hand on this arm.
     pub fn topics_on(&self, side: Side) -> String {
         match &self.base[..] {
             "" => side.reflex_topics().into(),
@@ -172,7 +172,7 @@ impl ReflexParameters {
         }
     }
 
-    /// Distance between the fingertips where the fingers are turned by this angle in the mean, m.
+    /// Distance between the fingertips at this mean angle of the fingers, m.
     pub fn width_m(&self, angle_rad: f64) -> f64 {
         (self.open_width_m * (1.0 - angle_rad / self.closed_rad)).max(0.0)
     }
@@ -248,26 +248,28 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
 
+    fn parameters(yaml: &str) -> Result<Parameters, serde_yaml::Error> {
+        serde_yaml::from_str(yaml)
+    }
+
     #[test]
     fn defaults_are_valid_and_faults_are_named() {
         Parameters::default().validate().unwrap();
-        let fault = |text: &str| {
-            let parameters: Parameters = serde_yaml::from_str(text).unwrap();
-            parameters.validate().unwrap_err().to_string()
-        };
-        assert!(fault("settle_s: .nan").contains("settle_s"));
-        assert!(fault("electric: {velocity: 50}").contains("electric/velocity is 50"));
-        assert!(fault("electric: {gap: {closed_m: 0.2}}").contains("gap/closed_m is 0.2"));
-        assert!(fault("reflex: {closed_rad: 4.0}").contains("reflex/closed_rad is 4"));
-        assert!(serde_yaml::from_str::<Parameters>("reflex: {clozed_rad: 2.0}").is_err());
+        for (yaml, words) in [
+            ("settle_s: .nan", "settle_s"),
+            ("electric: {velocity: 50}", "electric/velocity is 50"),
+            ("electric: {gap: {closed_m: 0.2}}", "gap/closed_m is 0.2"),
+            ("reflex: {closed_rad: 4.0}", "reflex/closed_rad is 4"),
+        ] {
+            let error = parameters(yaml).unwrap().validate().unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        assert!(parameters("reflex: {clozed_rad: 2.0}").is_err());
     }
 
     #[test]
     fn hands_are_where_the_drivers_put_them() {
-        let base = |text: &str| {
-            let parameters: Parameters = serde_yaml::from_str(text).unwrap();
-            parameters.reflex_base()
-        };
+        let base = |yaml| parameters(yaml).unwrap().reflex_base();
         assert_eq!(base("side: left"), "/hand2/reflex_takktile");
         assert_eq!(base("side: right"), "/reflex_takktile");
         assert_eq!(base("{side: right, reflex: {base: /my_hand/}}"), "/my_hand");

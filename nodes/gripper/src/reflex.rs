@@ -1,31 +1,33 @@
-//! A ReFlex hand: three fingers on tendons, told angles.
+//! A ReFlex hand: three tendon-driven fingers, controlled by position.
 //!
-//! The commanded angles advance slowly and stop where a motor's load says that something is met; so the force is what was
-//! asked for, though the hand's driver takes positions only.
+//! Force control by position commands, which are all that the hand's driver takes: the commanded angles advance slowly and
+//! stop when a motor's load shows contact.
 
 use std::time::{Duration, Instant};
 
+use baxter::Aged;
+
 use crate::error::GraspError;
-use crate::hand::{Goal, Grasped, Hand, Outcome, Step, Task};
+use crate::hand::{Goal, Grasped, Hand, Outcome, Step, Task, fresh_state};
 use crate::parameters::{Parameters, ReflexParameters};
 
 /// Fingers of the hand; f3 is opposite to f1 and f2.
 pub const FINGERS: usize = 3;
 
-/// Share of the load asked for from which on something is met.
+/// Share of the requested load from which a finger counts as in contact.
 const CONTACT_SHARE: f64 = 0.5;
-/// Load from which on a finger goes back, as a share of the load asked for: it was fast when it met something.
+/// A finger backs off above this multiple of the requested load, which a fast contact can cause.
 const LOAD_EXCESS: f64 = 1.15;
-/// Share of the speed at which a finger presses on.
+/// Share of the speed with which a finger in contact increases its load.
 const CREEP_SHARE: f64 = 0.1;
-/// The driver's own loop runs at 30 Hz.
+/// Period of commands: the driver's own loop runs at 30 Hz.
 const SEND_PERIOD: Duration = Duration::from_millis(33);
-/// A turn below this is no motion.
+/// A finger counts as still if its angle changes by less than this.
 const STILL_RAD: f64 = 0.02;
-/// Longest time made up for after this process was held up.
+/// Longest delay of this process for which the motion catches up in one step.
 const CATCH_UP_MAX: Duration = Duration::from_millis(100);
 
-/// One finger as `reflex_msgs/Hand` has it.
+/// State of one finger, from `reflex_msgs/Hand`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FingerState {
     /// Angle, rad; 0 is open.
@@ -34,7 +36,7 @@ pub struct FingerState {
     pub load: f64,
 }
 
-/// As in `reflex_msgs/PoseCommand`, rad.
+/// The fields of `reflex_msgs/PoseCommand`, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseCommand {
     /// Angles of the fingers.
@@ -51,8 +53,8 @@ pub struct Reflex {
     state_age_max: Duration,
     settle: Duration,
     motion_patience: Duration,
-    state: Option<([FingerState; FINGERS], Instant)>,
-    /// Last commanded angles; they stay ahead of the measured ones while an object is held.
+    state: Option<Aged<[FingerState; FINGERS]>>,
+    /// Last commanded angles. While an object is held they are ahead of the measured ones, which makes the grip force.
     commanded_rad: Option<[f64; FINGERS]>,
     work: Option<Work>,
 }
@@ -70,7 +72,7 @@ struct Work {
 }
 
 impl Reflex {
-    /// With the settings of the node.
+    /// A client with the node's parameters.
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             parameters: parameters.reflex.clone(),
@@ -85,20 +87,7 @@ impl Reflex {
     }
 
     fn fresh_state(&self, now: Instant) -> Result<[FingerState; FINGERS], GraspError> {
-        let topic = || self.topic.clone();
-        let (state, heard) = self
-            .state
-            .ok_or_else(|| GraspError::Absent { topic: topic() })?;
-        let age = now.saturating_duration_since(heard);
-        if age > self.state_age_max {
-            let (age_s, max_s) = (age.as_secs_f64(), self.state_age_max.as_secs_f64());
-            return Err(GraspError::Silent {
-                topic: topic(),
-                age_s,
-                max_s,
-            });
-        }
-        Ok(state)
+        fresh_state(self.state.as_ref(), self.state_age_max, &self.topic, now).copied()
     }
 
     fn target_rad(&self, goal: Goal) -> Result<f64, GraspError> {
@@ -117,8 +106,8 @@ impl Reflex {
         }
     }
 
-    /// The next commanded angle of a finger: opening goes straight on, closing creeps to the load once it presses on
-    /// something, and neither runs away from where the finger is.
+    /// The next commanded angle of a finger. Opening moves at full speed; closing slows down in contact until the load is
+    /// reached. The command never leads the measured angle by more than `lead_max_rad`.
     fn advance(&self, commanded_rad: f64, finger: FingerState, work: &Work, dt_s: f64) -> f64 {
         let (step_rad, lead_rad) = (
             self.parameters.speed_rad_s * dt_s,
@@ -145,7 +134,7 @@ impl Reflex {
         next_rad.min(finger.angle_rad + lead_rad).max(commanded_rad)
     }
 
-    /// What fingers at rest have met.
+    /// What the resting fingers have met.
     fn verdict(
         &self,
         fingers: &[FingerState; FINGERS],
@@ -188,12 +177,15 @@ impl Hand for Reflex {
     type Command = PoseCommand;
 
     fn hear(&mut self, state: Self::State, now: Instant) {
-        // A broken angle is none; the hand falls silent then.
+        // Ignore a message with an angle or load that is not finite; without fresh ones the hand counts as silent.
         if state
             .iter()
             .all(|finger| finger.angle_rad.is_finite() && finger.load.is_finite())
         {
-            self.state = Some((state, now));
+            self.state = Some(Aged {
+                value: state,
+                received: now,
+            });
         }
     }
 
@@ -206,7 +198,7 @@ impl Hand for Reflex {
         let fingers = self.fresh_state(now)?;
         let measured_rad = fingers.map(|finger| finger.angle_rad);
         let lead_rad = self.parameters.lead_max_rad;
-        // An object that is held is not let go by starting from the measured angles.
+        // Start from the last commanded angles, not the measured ones: otherwise a held object would be let go.
         let still_valid = |commanded: &[f64; FINGERS]| {
             let mut pairs = commanded.iter().zip(&measured_rad);
             pairs.all(|(commanded, measured)| (commanded - measured).abs() <= lead_rad)
@@ -275,10 +267,10 @@ impl Hand for Reflex {
         })
     }
 
-    /// The angles at which the fingers are; where they already hold something, those that hold it.
+    /// Commands the measured angles, or, if the fingers hold something, the commanded angles that hold it.
     fn halt(&mut self) -> Option<PoseCommand> {
         let work = self.work.take()?;
-        let (fingers, _) = self.state?;
+        let fingers = self.state?.value;
         let commanded_rad = self.commanded_rad?;
         let mut held_rad = fingers.map(|finger| finger.angle_rad);
         for ((held, finger), commanded) in held_rad.iter_mut().zip(fingers).zip(commanded_rad) {
@@ -291,7 +283,7 @@ impl Hand for Reflex {
     }
 
     fn width_m(&self) -> Option<f64> {
-        let (fingers, _) = self.state?;
+        let fingers = self.state?.value;
         let mean_rad = fingers.iter().map(|finger| finger.angle_rad).sum::<f64>() / FINGERS as f64;
         Some(self.parameters.width_m(mean_rad))
     }

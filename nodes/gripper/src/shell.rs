@@ -10,30 +10,30 @@ use node::{Health, Level, Life, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval};
 
-/// As often as the maker's client repeats its commands.
+/// Period of steps: the maker's client repeats its commands at 100 Hz.
 const TICK: Duration = Duration::from_millis(10);
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
-/// How long the gripper has to listen to the commands: after a restart of this node its link takes a moment.
+/// Time limit for the gripper to subscribe to the commands, which takes a moment after a restart of this node.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(2);
 
 /// How a grasp ended.
 pub enum Ending {
-    /// As it should.
+    /// Successfully.
     Well(Grasped),
-    /// Before anything was moved.
+    /// Refused before anything moved.
     Refused(GraspError),
-    /// Somewhere on the way.
+    /// Failed after the motion began.
     Failed(GraspError),
 }
 
-/// A hand on its topics.
+/// Connects a hand to its topics.
 pub struct Shell<H: Hand, M: Message> {
     hand: Mutex<H>,
     robot: Mutex<Option<Aged<RobotState>>>,
     state_rules: StateRules,
     commands: Publisher<M>,
     encode: fn(H::Command) -> M,
-    /// Held while a grasp is under way.
+    /// Locked while a grasp is running.
     grasping: tokio::sync::Mutex<()>,
     shutdown: watch::Sender<bool>,
 }
@@ -56,7 +56,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
         })
     }
 
-    /// To be held but for a moment.
+    /// Locks the hand; release the lock soon.
     pub fn hand(&self) -> MutexGuard<'_, H> {
         self.hand.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -67,7 +67,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
         *self.robot.lock().unwrap_or_else(PoisonError::into_inner) = Some(Aged { value, received });
     }
 
-    /// Carries `task` out and returns once it has ended. Nothing moves without a caller that waits for it.
+    /// Carries out `task` and returns once it has ended. The fingers are stopped if the caller closes its connection.
     pub async fn grasp(&self, task: Task, life: &Life) -> Ending {
         let Ok(_grasping) = self.grasping.try_lock() else {
             return Ending::Refused(GraspError::Busy);
@@ -77,7 +77,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
         }
         let mut shutdown = self.shutdown.subscribe();
         let ended = tokio::select! {
-            // In this order, so that no command follows an order to stop.
+            // Checked in this order, so that no command is sent after a stop.
             biased;
             _ = shutdown.wait_for(|down| *down) => Err(GraspError::Shutdown),
             _ = life.ended() => Err(GraspError::CallerGone),
@@ -93,13 +93,13 @@ impl<H: Hand, M: Message> Shell<H, M> {
         }
     }
 
-    /// Ends a grasp under way, if any, and allows no more.
+    /// Ends a running grasp, if any, and refuses further ones.
     pub async fn stop(&self) {
         self.shutdown.send_replace(true);
         let _still = self.grasping.lock().await;
     }
 
-    /// Tells diagnostics whether the gripper could be used now, and if not, why.
+    /// Reports to diagnostics whether the gripper could be used now, and if not, why.
     pub async fn report_health(&self, health: &Health) {
         let mut ticker = interval(HEALTH_PERIOD);
         loop {
@@ -123,7 +123,7 @@ impl<H: Hand, M: Message> Shell<H, M> {
     }
 
     async fn prepare(&self, task: Task) -> Result<(), GraspError> {
-        // What forbids the grasp is said before anything is waited for.
+        // Check first, so that a refusal is reported without waiting.
         self.check()?;
         self.hand().begin(task, Instant::now())?;
         if !self.commands.until_subscribed(LISTENER_PATIENCE).await {

@@ -42,6 +42,21 @@ impl World {
         }
     }
 
+    /// A calibrated gripper that has just been told to close.
+    fn closing() -> Self {
+        let mut world = Self::new(&Parameters::default(), true);
+        world.hear();
+        let task = Task::new("close", 0.0, 0.0).unwrap();
+        world.client.begin(task, world.now).unwrap();
+        world
+    }
+
+    /// Of the simulated fingers, percent open.
+    fn position(&self) -> f64 {
+        let hand = self.robot.hand(Side::Left);
+        hand.electric().unwrap().state().position
+    }
+
     fn hear(&mut self) {
         let state = self.robot.hand(Side::Left).electric().unwrap().state();
         let heard = ElectricState {
@@ -183,21 +198,8 @@ fn a_gripper_without_power_of_another_kind_or_uncalibrated_is_refused() {
 
 #[test]
 fn a_halt_stops_the_fingers_where_they_are() {
-    let mut world = World::new(&Parameters::default(), true);
-    world.hear();
-    world
-        .client
-        .begin(Task::new("close", 0.0, 0.0).unwrap(), world.now)
-        .unwrap();
-    while world
-        .robot
-        .hand(Side::Left)
-        .electric()
-        .unwrap()
-        .state()
-        .position
-        > 60.0
-    {
+    let mut world = World::closing();
+    while world.position() > 60.0 {
         if let Step::Send(command) = world.client.step(world.now).unwrap() {
             world.obey(command);
         }
@@ -209,16 +211,7 @@ fn a_halt_stops_the_fingers_where_they_are() {
     assert_eq!(stop.command, "stop");
     world.obey(stop);
     world.robot.step(1.0);
-    assert!(
-        world
-            .robot
-            .hand(Side::Left)
-            .electric()
-            .unwrap()
-            .state()
-            .position
-            > 50.0
-    );
+    assert!(world.position() > 50.0);
     assert_eq!(
         world.client.step(world.now),
         Ok(Step::Wait),
@@ -228,12 +221,7 @@ fn a_halt_stops_the_fingers_where_they_are() {
 
 #[test]
 fn a_gripper_that_takes_a_command_but_does_not_end_it_is_named() {
-    let mut world = World::new(&Parameters::default(), true);
-    world.hear();
-    world
-        .client
-        .begin(Task::new("close", 0.0, 0.0).unwrap(), world.now)
-        .unwrap();
+    let mut world = World::closing();
     // Acknowledges everything, moves nothing.
     let error = loop {
         match world.client.step(world.now) {

@@ -1,8 +1,8 @@
-//! Where the clouds of a scan are drawn.
+//! Positions of a scan's clouds in the picture.
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, Vector3};
 
-/// The golden ratio's part of a circle: as many hues as one likes, each far from those before it.
+/// Step of the hue from view to view, as a share of the colour circle: by the golden ratio each hue is far from all before.
 const HUE_STEP: f32 = 0.618_034;
 
 /// Where a scan is drawn.
@@ -12,14 +12,14 @@ pub struct Layout {
     pub frame: String,
     /// Maps the common frame of the scan's views into it.
     pub frame_from_scan: Isometry3<f64>,
-    /// Points up in it.
+    /// Upward direction in that frame.
     pub up: Unit<Vector3<f64>>,
-    /// Points to the left, for who looks at the robot's hand from behind the robot.
+    /// Direction to the left, as seen from behind the robot, in that frame.
     pub left: Unit<Vector3<f64>>,
 }
 
 impl Layout {
-    /// In a frame whose z axis points up; the hand was there when the scan began.
+    /// Layout in a frame whose z axis points up; `frame_from_hand` is the hand's pose when the scan began.
     pub fn level(frame: &str, frame_from_hand: Isometry3<f64>) -> Self {
         Self {
             frame: frame.into(),
@@ -29,7 +29,7 @@ impl Layout {
         }
     }
 
-    /// In the optical frame of a camera (z forward, y down), where the scan knows of no hand.
+    /// Layout in the optical frame of a camera (z forward, y down), for scans without a known hand.
     pub fn optical(frame: &str) -> Self {
         Self {
             frame: frame.into(),
@@ -39,12 +39,12 @@ impl Layout {
         }
     }
 
-    /// Maps points of the scan to where they are drawn, so far to the left, m.
+    /// Maps points of the scan to their position in the picture, shifted to the left by `left_m`.
     pub fn beside(&self, left_m: f64) -> Isometry3<f64> {
         Translation3::from(self.left.scale(left_m)) * self.frame_from_scan
     }
 
-    /// A point above the highest of these, which are in the frame of the layout.
+    /// A position `distance_m` above the highest of these points, which are in the layout's frame.
     pub fn above(&self, points: &[Point3<f64>], distance_m: f64) -> Option<Point3<f64>> {
         let count = points.len() as f64;
         let sum = points
@@ -61,7 +61,7 @@ impl Layout {
 
 /// Red, green and blue of a view, 0 to 1.
 pub fn view_colour(index: u32) -> [f32; 3] {
-    // Begins at blue; green and red mean kept and removed.
+    // Begins at blue, because green and red mark kept and removed points.
     let hue = 6.0 * (0.58 + index as f32 * HUE_STEP).fract();
     let channel = |shift: f32| {
         let distance = ((hue + shift).rem_euclid(6.0) - 3.0).abs() - 1.0;

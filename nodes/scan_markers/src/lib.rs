@@ -1,7 +1,7 @@
-//! What to draw of a scan: where its clouds stand beside the hand, in which colours, and what is said above it.
+//! The picture of a scan: positions of its clouds beside the hand, their colours, and the text above.
 //!
-//! The clouds of a scan all belong into the same place, the hand. Shown there they would hide each other, so the views and
-//! the registered cloud stand beside it, at rest while the hand turns.
+//! The true position of all clouds of a scan is the hand, where they would hide each other. So the views and the registered
+//! cloud are drawn beside it, fixed in space while the hand turns.
 
 mod layout;
 mod parameters;

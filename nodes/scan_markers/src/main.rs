@@ -56,7 +56,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The scene, and where it is shown.
+/// The scene and its publishers.
 struct Renderer {
     scene: Mutex<Scene>,
     clouds: Publisher<MarkerArray>,
@@ -69,7 +69,7 @@ impl Renderer {
         if let Err(error) = draw(&mut scene) {
             log::warn!("not drawn: {error:#}");
         }
-        // Sent while it is locked, so that the last message is the newest picture.
+        // Publish while the scene is locked, so that the last message is the newest picture.
         if let Some(picture) = scene.clouds.news() {
             self.clouds.send(picture);
         }

@@ -1,4 +1,4 @@
-//! Markers as RViz draws them.
+//! Markers for RViz (visualization_msgs).
 
 use msg::geometry_msgs::{Point, Pose, Quaternion};
 use msg::std_msgs::ColorRGBA;
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Height of a letter, m.
 const LETTER_M: f64 = 0.04;
 
-/// All markers that are drawn now; what was drawn before is wiped.
+/// The set of markers to show, and those that RViz has to delete.
 #[derive(Default)]
 pub struct Board {
     drawn: BTreeMap<(String, i32), Marker>,
@@ -19,7 +19,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Draws a marker in the place of the one with its name and number.
+    /// Adds a marker, or replaces the one with the same namespace and id.
     pub fn draw(&mut self, marker: Marker) {
         let key = (marker.ns.clone(), marker.id);
         if self.drawn.get(&key) == Some(&marker) {
@@ -30,12 +30,12 @@ impl Board {
         self.drawn.insert(key, marker);
     }
 
-    /// Wipes the markers of a name.
+    /// Deletes the markers of a namespace.
     pub fn wipe(&mut self, name: &str) {
         self.wipe_all(|(ns, _)| ns == name);
     }
 
-    /// Wipes everything.
+    /// Deletes all markers.
     pub fn clear(&mut self) {
         self.wipe_all(|_| true);
     }
@@ -54,12 +54,12 @@ impl Board {
         }
     }
 
-    /// Everything, where it differs from the last time.
+    /// The message with all markers, if they have changed since the last call.
     pub fn news(&mut self) -> Option<MarkerArray> {
         std::mem::take(&mut self.is_new).then(|| self.message())
     }
 
-    /// Everything, so that the last message alone is the whole picture.
+    /// All markers, not only changes, so that the latched last message is the whole picture.
     fn message(&self) -> MarkerArray {
         let wiped = self.wiped.iter().map(|(ns, id)| Marker {
             ns: ns.clone(),
@@ -114,7 +114,7 @@ fn blank(name: &str, id: u32, frame: &str, kind: u8, [r, g, b]: [f32; 3]) -> Mar
         w: 1.0,
         ..Default::default()
     };
-    // Without a stamp RViz takes the newest transform, again at each picture where the frame is locked.
+    // With stamp 0 RViz uses the newest transform, and with frame_locked it does so for every rendered image.
     let mut marker = Marker {
         ns: name.into(),
         id: id as i32,

@@ -1,4 +1,4 @@
-//! What a user can set.
+//! Parameters of the markers.
 
 use baxter::Side;
 use parameter::{ParameterError, in_range};
@@ -12,11 +12,11 @@ pub struct Parameters {
     pub fixed_frame: String,
     /// Arm whose hand holds the object: left or right.
     pub side: Side,
-    /// How far beside the hand the views and the registered cloud stand, m; 0: in their true place.
+    /// Distance beside the hand at which the views and the registered cloud are drawn, m; 0: at their true position.
     pub spread_m: f64,
-    /// Height of the words above the origin of the hand, m.
+    /// Height of the text above the origin of the hand, m.
     pub text_height_m: f64,
-    /// Side of the cubes in which a drawn cloud keeps one point each, m.
+    /// Voxel size to which drawn clouds are thinned, m.
     pub voxel_m: f64,
 }
 
@@ -33,7 +33,10 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// Refuses what cannot be meant.
+    /// Checks that every parameter is in its range.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
         in_range("spread_m", self.spread_m, 0.0..=5.0, "m")?;
         in_range("text_height_m", self.text_height_m, -2.0..=2.0, "m")?;

@@ -1,4 +1,4 @@
-//! The picture of the scan under way, and of the last one while none is.
+//! The picture of the running scan, or of the last one if none is running.
 
 use crate::marker::{self, Board};
 use cloud::voxel;
@@ -11,33 +11,29 @@ use scan_markers::{Layout, Parameters, Words, answer_words, progress_words, view
 const CAPTION: [f32; 3] = [0.75, 0.75, 0.75];
 const REGISTERED: [f32; 3] = [1.0, 0.7, 0.25];
 const PROGRESS: [f32; 3] = [1.0, 0.9, 0.2];
-/// From a cloud to its caption, m.
+/// Height of a caption above its cloud, m.
 const CAPTION_RISE_M: f64 = 0.05;
-/// From the answer down to the line on progress, m.
+/// Height of the answer above the line about progress, m.
 const LINE_M: f64 = 0.06;
-/// From the registered cloud to the answer where nothing is known of a hand, m.
+/// Height of the answer above the registered cloud, m, if the hand is not known.
 const ANSWER_RISE_M: f64 = 0.12;
-/// About the hand, m.
-const ARC_RADIUS_M: f64 = 0.13;
-const ARC_HEIGHT_M: f64 = 0.12;
-const ARC_POINTS: usize = 24;
 
-/// What is drawn.
+/// The state of the picture.
 pub struct Scene {
     parameters: Parameters,
     transforms: Transforms,
     scan_id: String,
-    /// Known from the first view on.
+    /// `None` before the first view.
     layout: Option<Layout>,
-    /// The newest view by scan and index: latched ones are said again each second, also while the next scan begins.
+    /// The newest view, by scan and index, to recognise repetitions of latched messages.
     newest_view: (String, u8, u32),
-    /// May come before the view that it is made of.
+    /// The registered cloud; it may arrive before the view that determines the layout.
     registered: Option<RegisteredCloud>,
-    /// Where the answer is written: over the hand, or where that is not known, over the registered cloud.
+    /// Frame and position of the answer: above the hand, or above the registered cloud if the hand is not known.
     answer_place: (String, Point3<f64>),
-    /// Clouds and their captions, which change with each view.
+    /// Markers of clouds and their captions, which change with each view.
     pub clouds: Board,
-    /// Words and progress, which change often.
+    /// Markers of text and progress, which change often.
     pub words: Board,
 }
 
@@ -57,7 +53,7 @@ impl Scene {
         }
     }
 
-    /// How far the scan is.
+    /// Draws the progress of a scan.
     pub fn on_progress(&mut self, report: &ScanObjectFeedback) {
         self.begin(&report.scan_id);
         self.words.wipe("progress");
@@ -83,7 +79,7 @@ impl Scene {
         }
     }
 
-    /// A view in its own colour.
+    /// Draws a view in its own colour.
     pub fn on_view(&mut self, view: &View) -> anyhow::Result<()> {
         let newest = (view.scan_id.clone(), view.kind, view.index);
         if std::mem::replace(&mut self.newest_view, newest.clone()) == newest {
@@ -113,7 +109,7 @@ impl Scene {
         self.draw_registered()
     }
 
-    /// All views in one.
+    /// Draws the registered cloud, in which all views are fused.
     pub fn on_registered(&mut self, registered: RegisteredCloud) -> anyhow::Result<()> {
         if registered.scan_id == self.scan_id && registered.error.is_empty() {
             self.registered = Some(registered);
@@ -149,7 +145,7 @@ impl Scene {
         Ok(())
     }
 
-    /// What it is.
+    /// Draws the classifier's answer.
     pub fn on_answer(&mut self, answer: &Classification) {
         if answer.scan_id != self.scan_id || !answer.error.is_empty() {
             return;
@@ -165,7 +161,7 @@ impl Scene {
             .draw(marker::text(("answer", 0), frame, place, &words));
     }
 
-    /// A scan that is not the one drawn wipes it.
+    /// Clears the picture if the scan is not the one that is drawn.
     fn begin(&mut self, scan_id: &str) {
         if scan_id != self.scan_id && !scan_id.is_empty() {
             self.scan_id = scan_id.into();
@@ -240,7 +236,12 @@ fn over_the_hand(parameters: &Parameters) -> (String, Point3<f64>) {
     (parameters.side.hand_frame().into(), place)
 }
 
-/// The way that the hand still has to turn, in its own frame.
+/// Radius and height above the hand of the arc that shows the remaining turn, m.
+const ARC_RADIUS_M: f64 = 0.13;
+const ARC_HEIGHT_M: f64 = 0.12;
+const ARC_POINTS: usize = 24;
+
+/// The arc by which the hand still has to turn, in its own frame.
 fn arc(turn_rad: f64) -> Vec<Point3<f64>> {
     let point = |step: usize| {
         let angle_rad = turn_rad * step as f64 / (ARC_POINTS - 1) as f64;

@@ -1,9 +1,9 @@
-//! What is written above the hand.
+//! The text above the hand.
 
 /// A line and its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Words {
-    /// The line.
+    /// The text.
     pub text: String,
     /// Red, green and blue, 0 to 1.
     pub colour: [f32; 3],
@@ -13,8 +13,8 @@ const KNOWN: [f32; 3] = [0.35, 1.0, 0.45];
 const UNKNOWN: [f32; 3] = [1.0, 0.65, 0.2];
 const PLAIN: [f32; 3] = [0.85, 0.85, 0.85];
 
-/// What the object is, as far as is known; an empty label: the hand is empty. Of `reason`, why it is not known, what stands
-/// before its first comma, colon, semicolon or bracket goes into a second line.
+/// The text of an answer. An empty label means an empty hand. If the object is not `known`, the part of `reason` before its
+/// first comma, colon, semicolon or bracket becomes a second line.
 pub fn answer_words(label: &str, probability: f64, known: bool, reason: &str) -> Words {
     let percent = 100.0 * probability;
     let (text, colour) = match (label, known) {
@@ -35,7 +35,7 @@ pub fn answer_words(label: &str, probability: f64, known: bool, reason: &str) ->
     Words { text, colour }
 }
 
-/// What a scan is doing, by the state and the counts of its report; nothing once it has ended.
+/// The text about a scan's progress, from the state and the counts of its report; `None` once it has ended.
 pub fn progress_words(state: &str, view: u32, count: u32) -> Option<Words> {
     let text = match state {
         "turning" | "looking" => format!("view {view} of {count}: {state}"),

@@ -1,5 +1,5 @@
-//! The linear equations of one step: how far each point of a view is from another view's surface, and which motion of
-//! the mount would bring it there.
+//! The linearised point-to-plane equations of one Gauss-Newton step: the distance of each point of a view from another
+//! view's surface, and its derivative with respect to a motion of the mount.
 
 use hand_eye::PATCHES_PER_VIEW;
 use nalgebra::{Isometry3, Matrix6, Vector3, Vector6};
@@ -8,11 +8,11 @@ use super::surface::Surface;
 
 /// Cosine of the largest angle between the normals of a pair.
 const ALIKE: f64 = 0.8;
-/// Distances beyond this count less and less, m: twice a D435i's noise at half a metre.
+/// Scale of the robust weights, m: larger distances count less. Twice a D435i's noise at half a metre.
 const ROBUST_M: f64 = 0.0015;
-/// Surfaces nearer than this lie on each other, m: four times a D435i's noise at half a metre.
+/// Surfaces nearer to each other than this agree, m: four times a D435i's noise at half a metre.
 const AGREEMENT_M: f64 = 0.003;
-/// A point whose neighbour lies farther aside than this hangs over the edge of what the other view has seen, m.
+/// A point whose nearest neighbour is farther away than this along the surface lies beyond what the other view saw, m.
 const ASIDE_M: f64 = 0.004;
 
 /// Sums over all pairs of points of all pairs of views.
@@ -28,7 +28,7 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    /// Matches each view of a sweep with each other one of it, with the mount moved by `found`.
+    /// Matches each view of a sweep with every other view of that sweep, with the mount moved by `found`.
     pub(super) fn gather(sweeps: &[Vec<Surface>], found: &Isometry3<f64>, reach_m: f32) -> Self {
         let mut equations = Self::default();
         for sweep in sweeps {
@@ -50,7 +50,7 @@ impl Equations {
         self.pairs
     }
 
-    /// The share of the pairs whose surfaces lie on each other.
+    /// The share of the pairs whose surfaces agree.
     pub(super) fn agreeing(&self) -> f64 {
         self.agreeing as f64 / self.pairs.max(1) as f64
     }
@@ -60,8 +60,7 @@ impl Equations {
         (self.square_sum / self.weight.max(f64::MIN_POSITIVE)).sqrt()
     }
 
-    /// The normal equations of a step from `found`, prior included. What the views say nothing about stays as it was
-    /// believed to be.
+    /// The normal equations of a step from `found`, with the prior. Motions that the views do not determine stay at it.
     pub(super) fn with_prior(&self, found: &Isometry3<f64>) -> hand_eye::Equations {
         let scale = self.independent_share();
         let mut equations = hand_eye::Equations::prior(found);
@@ -69,7 +68,8 @@ impl Equations {
         equations
     }
 
-    /// Turns sums over pairs into information: independent measurements over the variance of each, a pair.
+    /// Factor that turns sums over pairs into information: the number of independent measurements per pair over their
+    /// variance.
     fn independent_share(&self) -> f64 {
         let variance = (self.rms_m() * self.rms_m()).max(VARIANCE_MIN_M2);
         self.views as f64 * PATCHES_PER_VIEW / (self.weight.max(1.0) * variance)
@@ -91,7 +91,7 @@ impl Equations {
             let gap_m = (to.points[near.index].cast::<f64>() - place).dot(&target_normal);
             let aside_sq = f64::from(near.distance_sq) - gap_m * gap_m;
             if is_alike && near.distance_sq < reach_m * reach_m && aside_sq < ASIDE_M * ASIDE_M {
-                // The mount's motion moves the point by itself as seen from there, less itself as seen from here.
+                // A motion of the mount moves both cameras: the point moves by the difference of both effects.
                 let normal_there = turn.inverse() * target_normal;
                 let about = point.coords.cross(&normal_there) - place.coords.cross(&target_normal);
                 let along = normal_there - target_normal;
@@ -114,5 +114,5 @@ impl Equations {
     }
 }
 
-/// No camera is better than this, m²; clouds without noise would give no variance.
+/// Lower bound of the variance (0.1 mm)², m²: clouds without noise would give none.
 const VARIANCE_MIN_M2: f64 = 1e-8;

@@ -1,12 +1,12 @@
-//! What turns of the wrist say about where the camera sits.
+//! Calibrates the camera mount from views of the turning wrist.
 //!
-//! While the wrist turns, gripper and object stay one rigid body. Where the mount is off by a motion X, kinematics lay
-//! the views of that body beside each other instead of onto each other; X is what makes them agree. With A the camera's
-//! motion between two views by kinematics and B the one seen, A X = X B (Shiu & Ahmad 1989). Here B is not estimated
-//! first: X itself is fitted to the surfaces of all pairs of views at once, point to plane.
+//! While the wrist turns, gripper and object stay one rigid body. If the mount is wrong by a motion X, kinematics do not
+//! align the views of that body; X is the motion that aligns them. With A the camera's motion between two views by
+//! kinematics and B the motion seen, A X = X B (Shiu & Ahmad 1989). Here B is not estimated first: X itself is fitted to the
+//! surfaces of all pairs of views at once, by point-to-plane distances.
 //!
-//! A single axis does not tell everything: a camera that is turned about the wrist's axis and shifted along it sees the
-//! same. A second sweep with the arm in another pose tells that, too.
+//! A single axis leaves two motions open: a camera rotated about the wrist's axis, or shifted along it, sees the same. A
+//! second sweep with the arm in another pose determines these, too.
 
 mod equations;
 mod surface;
@@ -18,28 +18,28 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use equations::Equations;
 use surface::Surface;
 
-/// What the camera saw at one wrist angle.
+/// The camera's cloud at one wrist angle.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// hand_from_camera as kinematics and the present mount have it.
+    /// hand_from_camera by kinematics and the present mount.
     pub hand_from_camera: Isometry3<f64>,
-    /// Points in m in the camera's frame.
+    /// Points in the camera's frame, m.
     pub points: Vec<Point3<f32>>,
 }
 
-/// The mount's error, and how well it is known. Turn and shift are in the camera's frame.
+/// The mount's error and its uncertainty. Rotations and translations are in the camera's frame.
 #[derive(Debug, Clone)]
 pub struct Calibration {
-    /// X: the camera where the present mount has it, from the camera where it is.
+    /// X: maps from the actual camera's frame to the frame that the present mount gives.
     pub believed_from_actual: Isometry3<f64>,
-    /// Covariance of X: three turns (rad), three shifts (m), in the frame of the camera where it is.
+    /// Covariance of X: three rotations (rad), three translations (m), in the actual camera's frame.
     pub covariance: Matrix6<f64>,
-    /// Motions that the sweeps leave open, as turn (rad) and shift (m) of length one standard deviation. X says nothing
-    /// about them.
+    /// Motions that the sweeps do not determine, as rotation vector (rad) and translation (m), scaled to one standard
+    /// deviation. In these directions X is only the prior.
     pub open: Vec<Vector6<f64>>,
-    /// Root mean square distance between the surfaces of two views by the present mount, m.
+    /// Root mean square distance between the surfaces of two views with the present mount, m.
     pub before_m: f64,
-    /// The same with X.
+    /// The same after correction by X, m.
     pub after_m: f64,
 }
 
@@ -52,54 +52,54 @@ pub enum CalibrationError {
         /// Its views.
         count: usize,
     },
-    /// A view without gripper and object.
+    /// A view with too few points of gripper and object.
     #[error(
         "view {number} shows {count} points of gripper and object, {needed} are needed; is the hand in front of the camera?"
     )]
     TooFewPoints {
-        /// Which view of all, from 1.
+        /// Number of the view among all, from 1.
         number: usize,
-        /// Its points.
+        /// Number of its points.
         count: usize,
-        /// Points needed.
+        /// Number of points needed.
         needed: usize,
     },
-    /// Views that never touch.
+    /// Views without a common surface.
     #[error(
         "the views have no surface in common (only {count} pairs of points): turn the wrist in smaller steps, or measure the mount to {reach_mm:.0} mm first"
     )]
     NothingInCommon {
-        /// Pairs found.
+        /// Number of pairs of points found.
         count: usize,
-        /// How far points are matched, mm.
+        /// Largest distance at which points are matched, mm.
         reach_mm: f64,
     },
-    /// No mount makes the views agree.
+    /// No motion of the mount aligns the views.
     #[error(
         "the views do not agree: only {share_percent:.0} % of the surfaces lie on each other, {needed_percent:.0} % are needed; did the object move in the fingers?"
     )]
     Disagreement {
-        /// What lies on each other.
+        /// Share of the surfaces that agree, percent.
         share_percent: f64,
-        /// What must.
+        /// Share that must agree, percent.
         needed_percent: f64,
     },
 }
 
-/// Distances over which points are matched, m, and how often: first what may be far off, then what is near.
+/// Coarse to fine: (largest distance at which points are matched, m; number of iterations).
 const SEARCH: [(f32, usize); 4] = [(0.020, 8), (0.010, 6), (0.005, 6), (0.003, 10)];
-/// Pairs of points without which nothing is said.
+/// Least number of pairs of points for a calibration.
 const PAIRS_MIN: usize = 500;
-/// Of the surfaces that face each other this share must lie on each other.
+/// Least share of the matched surfaces that must agree.
 const AGREEING_MIN: f64 = 0.75;
-/// A motion is open if it is not known to this share of what was known before.
+/// A motion counts as open if its standard deviation is more than this share of the prior's.
 const OPEN_ABOVE: f64 = 0.15;
 
-/// The error of the mount that makes the views of each sweep agree best. Views of different sweeps are not compared: the
-/// object may have been put into the hand anew.
+/// Estimates the mount's error that aligns the views of each sweep best. Views of different sweeps are not compared, because
+/// the object may have been grasped anew in between.
 ///
 /// # Errors
-/// A sweep or view with too little in it, or views that cannot be brought to agree.
+/// A sweep or view with too little data, or views that cannot be aligned.
 pub fn calibrate(sweeps: &[Vec<View>]) -> Result<Calibration, CalibrationError> {
     let mut first_number = 1;
     let mut surfaces = Vec::with_capacity(sweeps.len());
@@ -147,7 +147,7 @@ pub fn calibrate(sweeps: &[Vec<View>]) -> Result<Calibration, CalibrationError> 
     })
 }
 
-/// A step shorter than this (rad and m together) changes nothing more.
+/// Convergence: the iteration ends at a step shorter than this (norm of rad and m together).
 const STILL: f64 = 1e-6;
 
 fn surfaces_of(sweep: &[View], first_number: usize) -> Result<Vec<Surface>, CalibrationError> {
@@ -166,7 +166,7 @@ fn surfaces_of(sweep: &[View], first_number: usize) -> Result<Vec<Surface>, Cali
         .collect()
 }
 
-/// Motions whose standard deviation is no small share of what was known before.
+/// Eigenvectors of the covariance, relative to the prior, whose standard deviation is above [`OPEN_ABOVE`].
 fn open_motions(covariance: &Matrix6<f64>) -> Vec<Vector6<f64>> {
     let scale = Matrix6::from_diagonal(&prior_sigmas());
     let inverse = Matrix6::from_diagonal(&prior_sigmas().map(f64::recip));
@@ -183,7 +183,7 @@ fn open_motions(covariance: &Matrix6<f64>) -> Vec<Vector6<f64>> {
 }
 
 impl Calibration {
-    /// The same, told in another frame `b` that sits fixed on the camera.
+    /// The same calibration expressed in another frame `b` that is fixed to the camera.
     pub fn seen_from(&self, b_from_camera: &Isometry3<f64>) -> Self {
         let turn = *b_from_camera.rotation.to_rotation_matrix().matrix();
         let lever = b_from_camera.translation.vector.cross_matrix() * turn;
@@ -201,7 +201,7 @@ impl Calibration {
         }
     }
 
-    /// Standard deviation of the camera's turn about each of its axes, rad, and of its place along each, m.
+    /// Standard deviations of the camera's rotation about each of its axes, rad, and of its position along each, m.
     pub fn sigmas(&self) -> (Vector3<f64>, Vector3<f64>) {
         let sigmas = self
             .covariance

@@ -1,4 +1,4 @@
-//! The part of a view that turns with the hand, with the directions of its surface.
+//! The part of a view that turns with the hand, with its surface normals.
 
 use cloud::{Tree, normals, transformed, voxel};
 use hand_eye::HandRegion;
@@ -6,23 +6,23 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::View;
 
-/// Fewer points than these are no view of a gripper.
+/// Least number of points of a usable view.
 pub(super) const POINTS_MIN: usize = 200;
 const VOXEL_M: f32 = 0.0025;
 /// Side of the patch that a normal is taken from, m: some 16 points.
 const PATCH_M: f32 = 0.01;
 
-/// What is matched of a view, in its camera's frame.
+/// The matched part of a view, in its camera's frame.
 pub(super) struct Surface {
     pub(super) hand_from_camera: Isometry3<f64>,
     pub(super) points: Vec<Point3<f32>>,
-    /// Towards the camera; `None` where the surface is not flat.
+    /// Unit normals that face the camera; `None` where the surface is not flat.
     pub(super) normals: Vec<Option<Vector3<f32>>>,
     pub(super) tree: Tree,
 }
 
 impl Surface {
-    /// Or how many points there were, if too few.
+    /// Downsamples the points and computes normals. `Err` holds the number of points if there are too few.
     pub(super) fn new(view: &View) -> Result<Self, usize> {
         let region = HandRegion::default();
         let in_hand = transformed(&view.hand_from_camera, &view.points);
@@ -31,7 +31,7 @@ impl Surface {
             .zip(&view.points)
             .filter_map(|(placed, point)| region.holds(placed).then_some(*point))
             .collect();
-        // Neither fails: no point of the hand's region is far away.
+        // Neither call can fail, since all points are within the hand's region.
         let points = voxel::downsample(&near, VOXEL_M).unwrap_or_default();
         let mut normals = normals::of_patches(&points, PATCH_M).unwrap_or_default();
         normals::towards(&Point3::origin(), &points, &mut normals);

@@ -20,9 +20,14 @@ fn head(a: f32, b: f32) -> Vec<u8> {
 }
 
 fn by_png(words: &[u16]) -> Vec<u8> {
+    png_of(words, png::ColorType::Grayscale)
+}
+
+fn png_of(words: &[u16], color: png::ColorType) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, WIDTH, words.len() as u32 / WIDTH);
-    encoder.set_color(png::ColorType::Grayscale);
+    let height = (words.len() / color.samples()) as u32 / WIDTH;
+    let mut encoder = png::Encoder::new(&mut bytes, WIDTH, height);
+    encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Sixteen);
     let rows: Vec<u8> = words.iter().flat_map(|word| word.to_be_bytes()).collect();
     encoder
@@ -143,16 +148,7 @@ fn what_cannot_be_unpacked_is_said_with_the_remedy() {
     huge[12..20].fill(0xFF);
     assert!(refusal("16UC1; compressedDepth rvl", &huge).contains("4294967295"));
     let three = random_millimetres(14, 3 * 12 * 10);
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, WIDTH, 10);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Sixteen);
-    let rows: Vec<u8> = three.iter().flat_map(|word| word.to_be_bytes()).collect();
-    encoder
-        .write_header()
-        .unwrap()
-        .write_image_data(&rows)
-        .unwrap();
+    let bytes = png_of(&three, png::ColorType::Rgb);
     let message = refusal("16UC1; compressedDepth", &[head(0.0, 0.0), bytes].concat());
     assert!(message.contains("one channel"), "{message}");
 }

@@ -42,29 +42,21 @@ struct Image {
 
 impl Image {
     fn millimetres(width: u32, depths: &[u16]) -> Self {
-        let data = depths
-            .iter()
-            .flat_map(|depth| depth.to_le_bytes())
-            .collect();
-        Self {
-            width,
-            encoding: "16UC1",
-            is_bigendian: false,
-            step: 2 * width,
-            data,
-        }
+        let bytes = depths.iter().flat_map(|depth| depth.to_le_bytes());
+        Self::little_endian("16UC1", 2 * width, width, bytes.collect())
     }
 
     fn metres(width: u32, depths: &[f32]) -> Self {
-        let data = depths
-            .iter()
-            .flat_map(|depth| depth.to_le_bytes())
-            .collect();
+        let bytes = depths.iter().flat_map(|depth| depth.to_le_bytes());
+        Self::little_endian("32FC1", 4 * width, width, bytes.collect())
+    }
+
+    fn little_endian(encoding: &'static str, step: u32, width: u32, data: Vec<u8>) -> Self {
         Self {
             width,
-            encoding: "32FC1",
+            encoding,
             is_bigendian: false,
-            step: 4 * width,
+            step,
             data,
         }
     }

@@ -1,34 +1,34 @@
-//! Commands of the electric gripper: verbs, JSON arguments, and the numbers by which they are acknowledged.
+//! Commands of the electric gripper: verbs, JSON arguments, and the sequence numbers by which they are acknowledged.
 
 use serde::Serialize;
 
 use super::ElectricState;
 
-/// The number after which a sender begins again.
+/// Largest sequence number; the next one is 1 (as in the maker's client, baxter_interface).
 const SEQUENCE_MAX: u32 = 0x7fff_ffff;
 
-/// As in `EndEffectorCommand`.
+/// The fields of `baxter_core_msgs/EndEffectorCommand`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ElectricCommand {
-    /// That of the gripper's state.
+    /// Hardware id of the gripper, from its state.
     pub id: u32,
-    /// Verb.
+    /// Verb, such as `go`.
     pub command: &'static str,
-    /// JSON object, or empty.
+    /// Arguments as a JSON object; may be empty.
     pub args: String,
-    /// Who asks: node and verb.
+    /// Name of the sender: node and verb.
     pub sender: String,
-    /// Counts the sender's commands.
+    /// Sequence number of the sender's command, from 1.
     pub sequence: u32,
 }
 
-/// What the gripper can be told.
+/// The gripper's commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Verb {
     Reset,
     Calibrate,
     Configure(Configuration),
-    /// Percent open.
+    /// Move to a position, percent open.
     Go(f64),
     Stop,
 }
@@ -50,7 +50,7 @@ pub(super) struct Sender {
 }
 
 impl ElectricCommand {
-    /// Whether the gripper says that it took this command. Some firmware echoes no number.
+    /// Whether the gripper's state acknowledges this command. Some firmware echoes 0 instead of the sequence number.
     pub(super) fn is_echoed_by(&self, state: &ElectricState) -> bool {
         state.sender == self.sender && [0, self.sequence].contains(&state.sequence)
     }
@@ -84,8 +84,8 @@ impl Sender {
         }
     }
 
-    /// Goes on after the number of an earlier process of this node: its echo must not pass for ours, nor our command for a
-    /// repetition of its.
+    /// Continues after the sequence number of an earlier process of this node. Otherwise the gripper could take a new
+    /// command for a repetition of an old one, and the old one's acknowledgement would count for the new command.
     pub fn hear(&mut self, state: &ElectricState) {
         let ours = state.sender.strip_prefix(&self.node);
         if ours.is_some_and(|verb| verb.starts_with('_')) && state.sequence <= SEQUENCE_MAX {

@@ -5,20 +5,21 @@ mod state;
 
 use std::time::{Duration, Instant};
 
+use baxter::{Aged, Gap};
+
 use crate::error::GraspError;
-use crate::hand::{Goal, Grasped, Hand, Outcome, Step, Task};
+use crate::hand::{Goal, Grasped, Hand, Outcome, Step, Task, fresh_state};
 use crate::parameters::{ElectricParameters, Parameters};
-use baxter::Gap;
 
 pub use command::ElectricCommand;
 use command::{Configuration, Sender, Verb};
 pub use state::{ElectricState, Flag};
 
-/// Ids of grippers that take no positions.
+/// Hardware ids of grippers that take no positions (from the maker's emulator and SDK).
 const SUCTION_ID: u32 = 65_537;
 const PASSIVE_ID: u32 = 131_073;
 
-/// A change of the position below this, percent, is no motion.
+/// The fingers count as still if their position changes by less than this, percent.
 const STILL_PERCENT: f64 = 0.5;
 
 /// The client of an electric gripper.
@@ -30,11 +31,11 @@ pub struct Electric {
     settle: Duration,
     motion_patience_s: f64,
     sender: Sender,
-    state: Option<(ElectricState, Instant)>,
+    state: Option<Aged<ElectricState>>,
     work: Option<Work>,
 }
 
-/// A task under way.
+/// A running task.
 #[derive(Debug, Clone)]
 struct Work {
     task: Task,
@@ -42,9 +43,9 @@ struct Work {
     command: ElectricCommand,
     sent: Instant,
     acknowledged: Option<Instant>,
-    /// Where the fingers were when the motion was ordered, percent.
+    /// Position of the fingers when the motion was commanded, percent.
     begin: f64,
-    /// Since when they have been where they are, percent.
+    /// Position of the fingers, percent, and since when they have been still there.
     rest: (f64, Instant),
 }
 
@@ -64,20 +65,7 @@ impl Electric {
     }
 
     fn fresh_state(&self, now: Instant) -> Result<&ElectricState, GraspError> {
-        let topic = || self.topic.clone();
-        let (state, heard) = self
-            .state
-            .as_ref()
-            .ok_or_else(|| GraspError::Absent { topic: topic() })?;
-        let age = now.saturating_duration_since(*heard);
-        if age > self.state_age_max {
-            let (age_s, max_s) = (age.as_secs_f64(), self.state_age_max.as_secs_f64());
-            return Err(GraspError::Silent {
-                topic: topic(),
-                age_s,
-                max_s,
-            });
-        }
+        let state = fresh_state(self.state.as_ref(), self.state_age_max, &self.topic, now)?;
         match state.id {
             SUCTION_ID => Err(GraspError::OtherKind("a suction cup")),
             PASSIVE_ID => Err(GraspError::OtherKind("a passive one")),
@@ -90,7 +78,7 @@ impl Electric {
         self.parameters.gap
     }
 
-    /// Percent open at which the task ends if nothing is met.
+    /// Position at which the task ends if the fingers meet nothing, percent open.
     fn target(&self, goal: Goal) -> Result<f64, GraspError> {
         match goal {
             Goal::Open => Ok(100.0),
@@ -110,7 +98,7 @@ impl Electric {
         }
     }
 
-    /// The order in which verbs follow each other: reset and calibration only where they are needed.
+    /// The next verb towards the task: reset and calibration are inserted only if necessary.
     fn next_verb(&self, state: &ElectricState, task: Task) -> Result<Verb, GraspError> {
         let force = |configured: f64| 100.0 * task.force.unwrap_or(configured);
         let parameters = &self.parameters;
@@ -152,7 +140,7 @@ impl Electric {
         }
     }
 
-    /// The command until it is acknowledged; whether it was.
+    /// Repeats the command until it is acknowledged.
     fn await_acknowledgement(
         &self,
         work: &mut Work,
@@ -175,7 +163,7 @@ impl Electric {
         Ok(work.acknowledged.is_some())
     }
 
-    /// Whether an acknowledged command has come to its end, and if so, how a motion ended.
+    /// Whether an acknowledged command has ended, and if so, how a motion ended.
     fn ended(
         &self,
         work: &mut Work,
@@ -203,8 +191,8 @@ impl Electric {
         }
     }
 
-    /// What fingers at rest have met. What the gripper still says of an earlier motion is told from news by where the
-    /// fingers are.
+    /// What the resting fingers have met. The gripper's flags may still be those of an earlier motion; the position of the
+    /// fingers tells.
     fn verdict(&self, work: &Work, state: &ElectricState, target: f64) -> Option<Outcome> {
         let closing = target <= work.begin;
         let there = (state.position - target).abs() <= 100.0 * self.parameters.dead_zone;
@@ -225,7 +213,10 @@ impl Hand for Electric {
 
     fn hear(&mut self, state: ElectricState, now: Instant) {
         self.sender.hear(&state);
-        self.state = Some((state, now));
+        self.state = Some(Aged {
+            value: state,
+            received: now,
+        });
     }
 
     fn check(&self, now: Instant) -> Result<(), GraspError> {
@@ -281,12 +272,12 @@ impl Hand for Electric {
 
     fn halt(&mut self) -> Option<ElectricCommand> {
         self.work = None;
-        let id = self.state.as_ref()?.0.id;
+        let id = self.state.as_ref()?.value.id;
         Some(self.sender.command(id, Verb::Stop))
     }
 
     fn width_m(&self) -> Option<f64> {
-        let (state, _) = self.state.as_ref()?;
-        Some(self.gap().width_m(state.position / 100.0))
+        let position = self.state.as_ref()?.value.position;
+        Some(self.gap().width_m(position / 100.0))
     }
 }

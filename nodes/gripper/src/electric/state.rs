@@ -1,11 +1,11 @@
-//! What an electric gripper says of itself.
+//! State of an electric gripper.
 
-/// Something that the gripper knows or does not.
+/// A three-valued flag.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Flag {
-    /// It is so.
+    /// Yes.
     True,
-    /// It is not.
+    /// No.
     False,
     /// The gripper does not know.
     #[default]
@@ -13,7 +13,7 @@ pub enum Flag {
 }
 
 impl From<u8> for Flag {
-    /// As in `EndEffectorState`.
+    /// Constants of `baxter_core_msgs/EndEffectorState`.
     fn from(value: u8) -> Self {
         match value {
             0 => Self::False,
@@ -23,29 +23,29 @@ impl From<u8> for Flag {
     }
 }
 
-/// What counts of `EndEffectorState`.
+/// The relevant fields of `baxter_core_msgs/EndEffectorState`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ElectricState {
-    /// To be echoed in commands.
+    /// Hardware id, which commands must repeat.
     pub id: u32,
-    /// Has power.
+    /// Whether it has power.
     pub enabled: Flag,
-    /// Knows the ends of its travel.
+    /// Whether it knows the ends of its travel.
     pub calibrated: Flag,
-    /// Calibrated, and without error.
+    /// Whether it is calibrated and without error.
     pub ready: Flag,
-    /// Fingers move.
+    /// Whether the fingers move.
     pub moving: Flag,
-    /// Fingers were stopped by something.
+    /// Whether something stopped the fingers.
     pub gripping: Flag,
-    /// Fingers met nothing to the end of the travel.
+    /// Whether the fingers reached the end of the travel without meeting anything.
     pub missed: Flag,
-    /// Needs a reset.
+    /// Whether it needs a reset.
     pub error: Flag,
-    /// Percent open.
+    /// Position, percent open (0 to 100).
     pub position: f64,
-    /// Sender of the last command taken.
+    /// Sender of the last accepted command.
     pub sender: String,
-    /// Its number; some firmware leaves it at 0.
+    /// Sequence number of that command; some firmware leaves it at 0.
     pub sequence: u32,
 }
