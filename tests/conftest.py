@@ -67,6 +67,15 @@ def launch(core):
 
 
 @pytest.fixture
+def sim(launch):
+    """The simulated robot with a can in its hand, ready to scan."""
+    graph = launch('sim.launch')
+    graph.wait_for_service('scan_object', timeout_s=60)
+    graph.hold('medium-can')
+    return graph
+
+
+@pytest.fixture
 def executable(checkout):
     """Path of a program by its name."""
     return lambda name: checkout / 'target' / 'release' / name

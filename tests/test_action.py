@@ -13,15 +13,6 @@ GOAL_TYPE = 'deformable_cobot/ScanObjectActionGoal'
 
 
 @pytest.fixture
-def sim(launch):
-    """The simulated robot with a can in its hand, ready to scan."""
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
-
-
-@pytest.fixture
 def client(sim):
     """actionlib's client of the action."""
     return make_client()

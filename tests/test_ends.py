@@ -28,12 +28,10 @@ NODES = MOVERS + ('camera_mount', 'depth_threshold', 'icp_registration', 'roi_cr
 
 
 @pytest.fixture
-def sim(launch):
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.wait_for_service('calibrate_camera_mount', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
+def sim(sim):
+    """As everywhere, and ready to calibrate."""
+    sim.wait_for_service('calibrate_camera_mount', timeout_s=60)
+    return sim
 
 
 def exits(graph, node):

@@ -13,14 +13,6 @@ NODES = ('camera_mount', 'wrist_rotator', 'depth_threshold', 'view_capture', 'sc
 SCAN_DEADLINE_S = 60
 
 
-@pytest.fixture
-def sim(launch):
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
-
-
 def kill_and_wait(core, node):
     killed = core.kill(node)
     wait_until(lambda: core.process_of(node) not in (None, killed), 20, f'roslaunch starting {node} again')

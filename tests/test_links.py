@@ -21,6 +21,13 @@ def messages_heard(topic):
     return int(values[topic].split()[0])
 
 
+def scan_within(timeout_s):
+    """The answer to a scan of one view."""
+    rospy.wait_for_service('scan_object', 10)
+    from deformable_cobot.srv import ScanObject
+    return within(timeout_s, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+
+
 def test_a_lost_link_is_dialled_again(start):
     publisher = BrokenPublisher('/points', PointCloud2)
     start('view_capture', _use_tf='false', _mode='passive')
@@ -49,18 +56,14 @@ def test_a_call_ends_by_its_deadline(start, core):
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
     start('scan_server')
-    rospy.wait_for_service('scan_object', 10)
-    from deformable_cobot.srv import ScanObject
-    response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    response = scan_within(6)
     assert 'rotate_wrist did not answer within 1.0s' in response.error
 
 
 def test_a_scan_that_nobody_listens_to_is_not_begun(start):
     start('view_capture', _use_tf='false')
     start('scan_server')
-    rospy.wait_for_service('scan_object', 10)
-    from deformable_cobot.srv import ScanObject
-    response = within(10, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    response = scan_within(10)
     assert "nobody listens to 'views'" in response.error
 
 
@@ -68,9 +71,7 @@ def test_an_absent_service_is_named(start):
     start('icp_registration')
     start('view_capture', _use_tf='false', _motion_deadline_s='1.0')
     start('scan_server')
-    rospy.wait_for_service('scan_object', 10)
-    from deformable_cobot.srv import ScanObject
-    response = within(6, 'scan_object', lambda: rospy.ServiceProxy('scan_object', ScanObject)(1))
+    response = scan_within(6)
     assert 'nobody offers the service rotate_wrist' in response.error
 
 

@@ -35,14 +35,6 @@ class Board:
         return [self.markers[key] for key in keys]
 
 
-@pytest.fixture
-def sim(launch):
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
-
-
 def test_a_scan_is_drawn_and_the_next_one_wipes_it(sim, executable):
     from deformable_cobot.msg import ObjectCloud, RegisteredCloud
     from sensor_msgs.msg import PointCloud2

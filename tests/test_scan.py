@@ -15,15 +15,6 @@ pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 VIEWS = 3
 
 
-@pytest.fixture
-def sim(launch):
-    """The simulated robot with a dented can in its hand, ready to scan."""
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
-
-
 def test_scan_names_the_object(sim):
     response = sim.scan()
     result = response.result

@@ -13,15 +13,6 @@ from processes import wait_until
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 
 
-@pytest.fixture
-def sim(launch):
-    """The simulated robot with a can in its hand, ready to scan."""
-    graph = launch('sim.launch')
-    graph.wait_for_service('scan_object', timeout_s=60)
-    graph.hold('medium-can')
-    return graph
-
-
 def pcd_points(path):
     """The number of points that a PCD file announces; fails where it has other than three floats for each."""
     head, data = path.read_bytes().split(b'DATA binary\n')

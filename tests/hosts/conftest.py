@@ -14,8 +14,8 @@ NODES = {'motion_deadline_s': 'view_capture', 'answer_deadline_s': 'scan_server'
 
 @pytest.fixture
 def make_lab(tmp_path):
-    """Starts a lab with a simulated robot, with this process on its main computer. All ends with the test, which fails where
-    the robot was moved against the contract of motion."""
+    """Starts a lab with a simulated robot; this process runs on its main computer. Everything is stopped after the test, which
+    fails if the robot was moved against the contract of motion."""
     why = missing()
     if why:
         pytest.skip(why)
@@ -36,7 +36,7 @@ def make_lab(tmp_path):
 
 @pytest.fixture
 def core(make_lab):
-    """A lab with good cables."""
+    """A lab whose network works."""
     return make_lab()
 
 
@@ -59,5 +59,5 @@ def launch_robot(checkout, tmp_path):
 
 @pytest.fixture
 def graph(core, launch_robot):
-    """The graph in a lab with good cables."""
+    """The graph in a lab whose network works."""
     return launch_robot(core)

@@ -70,7 +70,10 @@ struct Pose {
 }
 
 impl Folder {
-    /// A folder that is not there yet, whose parent is.
+    /// Prepares to save at `target`. Nothing is written yet.
+    ///
+    /// # Errors
+    /// `target` exists already, is no name for a folder, or its parent does not exist.
     pub fn beside(target: &Path) -> Result<Self> {
         let target = std::path::absolute(target)?;
         ensure!(
@@ -96,7 +99,10 @@ impl Folder {
         Ok(Self { target, unfinished })
     }
 
-    /// Writes all; gives the folder's path.
+    /// Writes the scan's folder, whole or not at all, and returns its path.
+    ///
+    /// # Errors
+    /// A file cannot be written, or the folder was made by somebody else meanwhile.
     pub fn save(self, scan: &Recorded, answer: &Classification) -> Result<PathBuf> {
         let at = |what| format!("cannot {what} {}", self.unfinished.display());
         fs::create_dir(&self.unfinished).with_context(|| at("make"))?;

@@ -40,7 +40,10 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Listens from now on; fails where a stage is not there.
+    /// Subscribes to the scans' topics, and waits until they are connected.
+    ///
+    /// # Errors
+    /// A topic has no publisher within the time limit.
     pub async fn listen(node: &Node) -> Result<Self> {
         let heard = Arc::new(Heard::default());
         let on_view = on(&heard, |scans, view: View| {
@@ -73,7 +76,10 @@ impl Recording {
         })
     }
 
-    /// A scan that has ended, once all of it has come.
+    /// Waits for all messages of a scan that has ended.
+    ///
+    /// # Errors
+    /// Not all of its messages arrived within the time limit.
     pub async fn of(&self, scan_id: &str) -> Result<Recorded> {
         let whole = async {
             loop {
