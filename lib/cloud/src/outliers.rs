@@ -68,14 +68,11 @@ fn mean_and_deviation(values: &[f32]) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg64Mcg;
-
     use super::*;
 
     #[test]
     fn radius_agrees_with_looking_at_every_pair() {
-        let points = random::points(1, 800, 1.0);
+        let points = crate::random::points(1, 800, 1.0);
         for (radius_m, min_neighbours) in [(0.05, 1), (0.1, 4), (0.4, 60), (3.0, 799), (3.0, 800)] {
             let slow: Vec<bool> = points
                 .iter()
@@ -97,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_stray_point_is_found_by_both_rules() {
-        let mut points: Vec<_> = random::points(2, 500, 1.0)
+        let mut points: Vec<_> = crate::random::points(2, 500, 1.0)
             .iter()
             .map(|point| point * 0.05)
             .collect();

@@ -131,9 +131,6 @@ impl Columns {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg64Mcg;
-
     use super::*;
 
     /// The definition, written as plainly as possible.
@@ -170,7 +167,7 @@ mod tests {
     #[test]
     fn agrees_with_the_definition() {
         for (seed, count) in [(1, 5), (2, 8), (3, 61), (4, 300)] {
-            let points = random::points(seed, count, 1.0);
+            let points = crate::random::points(seed, count, 1.0);
             let wanted = count.min(40);
             assert_eq!(
                 farthest_points(&points, wanted).unwrap(),
@@ -181,7 +178,7 @@ mod tests {
 
     #[test]
     fn all_points_of_a_cloud_come_once_each_even_with_copies() {
-        let mut points = random::points(5, 10, 1.0);
+        let mut points = crate::random::points(5, 10, 1.0);
         points.extend_from_within(..);
         let mut indices = farthest_points(&points, 20).unwrap();
         indices.sort_unstable();
@@ -190,7 +187,7 @@ mod tests {
 
     #[test]
     fn too_few_and_not_finite_points_are_refused_and_none_is_none() {
-        let mut points = random::points(6, 3, 1.0);
+        let mut points = crate::random::points(6, 3, 1.0);
         assert_eq!(
             farthest_points(&points, 4),
             Err(SampleError::TooFew {

@@ -196,9 +196,6 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use std::collections::BTreeMap;
 
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg64Mcg;
-
     use super::*;
 
     fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
@@ -228,7 +225,7 @@ mod tests {
     #[test]
     fn agrees_with_an_ordered_map() {
         for (seed, size_m) in [(1, 0.002), (2, 0.01), (3, 0.03), (4, 1.0)] {
-            let points = random::points(seed, 3000, 0.1);
+            let points = crate::random::points(seed, 3000, 0.1);
             let fast = downsample(&points, size_m).unwrap();
             assert_eq!(
                 sorted(fast),
@@ -240,7 +237,7 @@ mod tests {
 
     #[test]
     fn adding_view_by_view_equals_adding_at_once() {
-        let points = random::points(5, 2000, 0.1);
+        let points = crate::random::points(5, 2000, 0.1);
         let mut grid = Grid::new(0.004).unwrap();
         points
             .chunks(137)
