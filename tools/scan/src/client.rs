@@ -8,7 +8,7 @@ use msg::deformable_cobot::{
     Classification, ScanObjectActionFeedback, ScanObjectActionGoal, ScanObjectActionResult,
     ScanObjectGoal,
 };
-use node::{Expect, Latch, Node, Publisher, Subscriber};
+use node::{Expect, Node, Publisher, Subscriber};
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
