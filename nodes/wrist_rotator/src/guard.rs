@@ -7,6 +7,9 @@ use baxter::{Aged, JOINTS_PER_ARM, Side, Silence, StateRefusal, StateRules, fres
 use crate::monitor::Snapshot;
 use crate::parameters::{Parameters, Surroundings};
 
+/// Slowest rate of a turn, rad/s: below it a joint's velocity is that of rest.
+const RATE_MIN_RAD_S: f64 = 0.05;
+
 /// Why the arm must not move.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
@@ -54,6 +57,17 @@ pub enum Refusal {
         min_rad: f64,
         /// Upper limit.
         max_rad: f64,
+    },
+    /// Rate that the wrist must not, or cannot, turn at.
+    #[error(
+        "rate is {rate_rad_s} rad/s: allowed are {RATE_MIN_RAD_S} to {max_rad_s} (velocity_max_rad_s, which the robot's \
+         speed ratio limits)"
+    )]
+    RateOutOfRange {
+        /// Asked rate.
+        rate_rad_s: f64,
+        /// Largest rate.
+        max_rad_s: f64,
     },
     /// Somebody else commands the arm.
     #[error("{} also publishes joint commands for this arm: stop it first", .nodes.join(", "))]
@@ -112,6 +126,7 @@ pub struct Guard {
     waived: Vec<Surroundings>,
     angle_min_rad: f64,
     angle_max_rad: f64,
+    rate_max_rad_s: f64,
 }
 
 impl Guard {
@@ -130,6 +145,7 @@ impl Guard {
             waived: parameters.waived.clone(),
             angle_min_rad: parameters.angle_min_rad,
             angle_max_rad: parameters.angle_max_rad,
+            rate_max_rad_s: parameters.velocity_max_rad_s,
         }
     }
 
@@ -166,6 +182,23 @@ impl Guard {
         check_publishers(snapshot)?;
         self.check_surroundings(snapshot, now)?;
         Ok(angles_rad)
+    }
+
+    /// May the wrist turn at a rate? `None`: at the usual one.
+    ///
+    /// # Errors
+    /// [`Refusal::RateOutOfRange`].
+    pub fn check_rate(&self, rate_rad_s: Option<f64>) -> Result<(), Refusal> {
+        let max_rad_s = self.rate_max_rad_s;
+        match rate_rad_s {
+            Some(rate_rad_s) if !(RATE_MIN_RAD_S..=max_rad_s).contains(&rate_rad_s) => {
+                Err(Refusal::RateOutOfRange {
+                    rate_rad_s,
+                    max_rad_s,
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_target(&self, angle_rad: f64) -> Result<(), Refusal> {

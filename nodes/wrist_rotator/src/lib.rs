@@ -24,6 +24,6 @@ mod setpoints;
 
 pub use guard::{Guard, Refusal};
 pub use monitor::{Monitor, Snapshot};
-pub use motion::{Ended, Motion, MotionError, Step};
+pub use motion::{ConstantPart, Ended, Motion, MotionError, Step, Turn};
 pub use parameters::{Parameters, Surroundings};
 pub use setpoints::{NoPath, RateLimits, Setpoint, Setpoints};

@@ -12,11 +12,11 @@ use msg::baxter_core_msgs::{
 };
 use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
-use msg::stamp;
+use msg::{Time, stamp};
 use msg::std_srvs::{Trigger, TriggerRes};
 use node::{Expect, Level, Life, Node, Subscriber};
 use rotator::Rotator;
-use wrist_rotator::{Guard, Parameters, Surroundings};
+use wrist_rotator::{ConstantPart, Guard, Parameters, Surroundings, Turn};
 
 const HEALTH_PERIOD: Duration = Duration::from_secs(1);
 
@@ -30,9 +30,13 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let _subscribers = listen(&node, &rotator, parameters.side)?;
     let _rotate = node.serve::<RotateWrist>("rotate_wrist", {
         let rotator = Arc::clone(&rotator);
-        move |RotateWristReq { angle }, life| {
+        move |RotateWristReq { angle, rate }, life| {
             let rotator = Arc::clone(&rotator);
-            async move { Ok(rotate(&rotator, angle, &life).await) }
+            let turn = Turn {
+                target_rad: angle,
+                rate_rad_s: (rate != 0.0).then_some(rate),
+            };
+            async move { Ok(rotate(&rotator, turn, &life).await) }
         }
     })?;
     let _stop = node.serve::<Trigger>("stop_wrist", {
@@ -51,19 +55,24 @@ async fn run(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn rotate(rotator: &Rotator, target_rad: f64, life: &Life) -> RotateWristRes {
-    match rotator.turn(target_rad, life).await {
-        Ok(arrived) => {
+async fn rotate(rotator: &Rotator, turn: Turn, life: &Life) -> RotateWristRes {
+    match rotator.turn(turn, life).await {
+        Ok((arrived, constant)) => {
             let at_rest = stamp::from_epoch(arrived.at_rest);
+            let moment = |of: fn(ConstantPart) -> Duration| {
+                constant.map_or_else(Time::default, |part| stamp::from_epoch(of(part)))
+            };
             RotateWristRes {
                 success: true,
                 error: String::new(),
                 angle: arrived.angle_rad,
                 at_rest,
+                constant_from: moment(|part| part.from),
+                constant_until: moment(|part| part.until),
             }
         }
         Err(error) => {
-            log::warn!("rotate_wrist to {target_rad:.3} rad: {error}");
+            log::warn!("rotate_wrist to {:.3} rad: {error}", turn.target_rad);
             let angle = rotator.angle_rad().unwrap_or(f64::NAN);
             RotateWristRes {
                 success: false,

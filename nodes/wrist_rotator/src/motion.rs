@@ -37,6 +37,33 @@ pub enum Step {
     Ended(Ended),
 }
 
+/// Where to turn, and how fast.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Where W2 is to rest, rad.
+    pub target_rad: f64,
+    /// Rate between the ramps, rad/s; `None`: as fast as the parameters allow.
+    pub rate_rad_s: Option<f64>,
+}
+
+impl From<f64> for Turn {
+    fn from(target_rad: f64) -> Self {
+        Self {
+            target_rad,
+            rate_rad_s: None,
+        }
+    }
+}
+
+/// The part of a turn in which the commanded rate is constant, by the stamps of the joint states that were the newest then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ConstantPart {
+    /// When it began, ROS time.
+    pub from: Duration,
+    /// When it ended, ROS time.
+    pub until: Duration,
+}
+
 /// The end of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ended {
@@ -44,6 +71,8 @@ pub struct Ended {
     pub result: Result<Arrived, MotionError>,
     /// Where and since when the arm rests; `None` where it was not seen at rest within 2 s.
     pub rest: Option<Arrived>,
+    /// The last part at a constant rate that nothing interrupted; `None` where the rate was never reached.
+    pub constant: Option<ConstantPart>,
 }
 
 /// Why a motion ended before its target.
@@ -114,6 +143,7 @@ pub struct Motion {
     phase: Phase,
     arrival: Arrival,
     rest: Arrival,
+    constant: Option<ConstantPart>,
     /// Angles held by the other joints, rad.
     held_rad: [f64; JOINTS_PER_ARM],
     joint: &'static str,
@@ -157,22 +187,28 @@ enum Phase {
 }
 
 impl Motion {
-    /// A motion from the angles measured now to `target_rad`.
+    /// A motion from the angles measured now to the turn's target.
     ///
     /// # Errors
     /// The first rule that forbids it.
     pub fn start(
         parameters: &Parameters,
         snapshot: &Snapshot,
-        target_rad: f64,
+        turn: impl Into<Turn>,
         now: Instant,
     ) -> Result<Self, MotionError> {
+        let Turn {
+            target_rad,
+            rate_rad_s,
+        } = turn.into();
         let guard = Guard::new(parameters);
         let measured_rad = guard.check_start(snapshot, target_rad, now)?;
+        guard.check_rate(rate_rad_s)?;
         let held_rad = in_force(snapshot, &measured_rad, now).unwrap_or(measured_rad);
         let period_s = 1.0 / parameters.rate_hz;
         let mut setpoints = Setpoints::at_rest(held_rad[W2], period_s);
-        let (limits, stop_limits) = (parameters.limits(), parameters.stop_limits());
+        let (mut limits, stop_limits) = (parameters.limits(), parameters.stop_limits());
+        limits.velocity_rad_s = rate_rad_s.unwrap_or(limits.velocity_rad_s);
         setpoints.go_to(target_rad, &limits)?;
         let allowed_s = setpoints.remaining_s() + parameters.dwell_s + parameters.deadline_margin_s;
         let dwell = Duration::from_secs_f64(parameters.dwell_s);
@@ -186,6 +222,7 @@ impl Motion {
             phase: Phase::Turning,
             arrival: Arrival::new(target_rad, tolerance_rad, rest_velocity_rad_s, dwell),
             rest: Arrival::anywhere(rest_velocity_rad_s, dwell),
+            constant: None,
             held_rad,
             joint: parameters.side.joint_names()[W2],
             target_rad,
@@ -256,11 +293,29 @@ impl Motion {
             return Ok(Step::Ended(Ended {
                 result: Ok(arrived),
                 rest: Some(arrived),
+                constant: self.constant,
             }));
         }
         self.follow(measured_rad, now)?;
         self.check_progress(measured_rad, now)?;
-        Ok(self.command())
+        let command = self.command();
+        self.note_rate(snapshot);
+        Ok(command)
+    }
+
+    /// Follows the part of the turn at its constant rate.
+    fn note_rate(&mut self, snapshot: &Snapshot) {
+        let is_turning = matches!(self.phase, Phase::Turning);
+        match snapshot.joints[W2] {
+            Some(sample) if is_turning && self.setpoints.now().is_cruising(&self.limits) => {
+                let until = sample.value.stamp;
+                let from = self.constant.map_or(until, |constant| constant.from);
+                self.constant = Some(ConstantPart { from, until });
+            }
+            // What comes after an interruption counts.
+            _ if !is_turning => self.constant = None,
+            _ => {}
+        }
     }
 
     /// The setpoint waits for an arm that is held up: it is never far ahead of where the arm is, so that the arm does not
@@ -360,7 +415,12 @@ impl Motion {
             return Step::Wait;
         }
         let result = Err(reason.clone());
-        Step::Ended(Ended { result, rest })
+        let constant = self.constant;
+        Step::Ended(Ended {
+            result,
+            rest,
+            constant,
+        })
     }
 
     fn command(&mut self) -> Step {

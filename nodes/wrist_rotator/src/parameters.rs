@@ -83,11 +83,11 @@ impl Default for Parameters {
             side,
             rate_hz: 100.0,
             speed_ratio: 0.3,
-            velocity_max_rad_s: 1.0,
+            velocity_max_rad_s: 1.15,
             acceleration_max_rad_s2: 5.0,
             // Builds the acceleration up in 0.06 s.
             jerk_max_rad_s3: 80.0,
-            // 0.16 s from the largest velocity and acceleration to rest.
+            // 0.175 s from the largest velocity and acceleration to rest.
             stop_acceleration_max_rad_s2: 10.0,
             stop_jerk_max_rad_s3: 250.0,
             angle_min_rad: limits.lower_rad,

@@ -10,7 +10,7 @@ use msg::std_msgs::{Float64, UInt64};
 use node::{Latch, Life, Node, Publisher};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
-use wrist_rotator::{Ended, Monitor, Motion, MotionError, Parameters, Step};
+use wrist_rotator::{ConstantPart, Ended, Monitor, Motion, MotionError, Parameters, Step, Turn};
 
 /// How long the master has to say who else commands the arm.
 const MASTER_DEADLINE: Duration = Duration::from_secs(1);
@@ -105,11 +105,15 @@ impl Rotator {
         self.monitor().snapshot().joints[W2].map(|sample| sample.value.angle_rad)
     }
 
-    /// Turns W2 to `target_rad` and returns once it is at rest, there or wherever the turn had to end, as when `life` ends.
+    /// Turns W2 and returns once it is at rest, at the target or wherever the turn had to end, as when `life` ends.
     ///
     /// # Errors
     /// Why it did not reach the target.
-    pub async fn turn(&self, target_rad: f64, life: &Life) -> Result<Arrived, TurnError> {
+    pub async fn turn(
+        &self,
+        turn: Turn,
+        life: &Life,
+    ) -> Result<(Arrived, Option<ConstantPart>), TurnError> {
         // Before the lock: an order to stop that comes in between ends this turn.
         let stops = self.stops.subscribe();
         let _turning = self.turning.try_lock().map_err(|_| TurnError::Busy)?;
@@ -117,7 +121,7 @@ impl Rotator {
         let mut motion = tokio::select! {
             biased;
             reason = &mut end => return Err(TurnError::NotBegun(reason)),
-            motion = self.prepare(target_rad) => motion?,
+            motion = self.prepare(turn) => motion?,
         };
         let mut ticker = interval(Duration::from_secs_f64(1.0 / self.parameters.rate_hz));
         ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -147,8 +151,14 @@ impl Rotator {
             Ended {
                 rest: None,
                 result: Err(reason),
+                ..
             } => Err(TurnError::NotAtRest(reason)),
-            Ended { result, .. } => result.map_err(TurnError::Motion),
+            Ended {
+                result, constant, ..
+            } => match result {
+                Ok(arrived) => Ok((arrived, constant)),
+                Err(reason) => Err(TurnError::Motion(reason)),
+            },
         }
     }
 
@@ -187,10 +197,10 @@ impl Rotator {
     }
 
     /// All that comes before the first command.
-    async fn prepare(&self, target_rad: f64) -> Result<Motion, TurnError> {
+    async fn prepare(&self, turn: Turn) -> Result<Motion, TurnError> {
         self.ask_for_other_publishers().await;
         // What forbids the motion is said before anything else is waited for.
-        self.until_heard(target_rad).await?;
+        self.until_heard(turn).await?;
         let patience = LISTENER_PATIENCE;
         if !self.command.until_subscribed(patience).await {
             let topic = self.command_topic.clone();
@@ -199,15 +209,15 @@ impl Rotator {
         self.speed_ratio.send(Float64 {
             data: self.parameters.speed_ratio,
         });
-        self.motion_to(target_rad)
+        self.motion_of(turn)
     }
 
     /// Waits until what may forbid the motion is fresh, and refuses it where it forbids it. On a busy computer a message may be
     /// late; while nothing moves there is no danger in that.
-    async fn until_heard(&self, target_rad: f64) -> Result<(), TurnError> {
+    async fn until_heard(&self, turn: Turn) -> Result<(), TurnError> {
         let deadline = Instant::now() + SILENCE_PATIENCE;
         loop {
-            match self.motion_to(target_rad) {
+            match self.motion_of(turn) {
                 Err(TurnError::NotBegun(MotionError::Refused(refusal)))
                     if refusal.is_of_silence() && Instant::now() < deadline =>
                 {
@@ -237,10 +247,10 @@ impl Rotator {
         None
     }
 
-    fn motion_to(&self, target_rad: f64) -> Result<Motion, TurnError> {
+    fn motion_of(&self, turn: Turn) -> Result<Motion, TurnError> {
         let monitor = self.monitor();
         let (snapshot, now) = (monitor.snapshot(), Instant::now());
-        Motion::start(&self.parameters, snapshot, target_rad, now).map_err(TurnError::NotBegun)
+        Motion::start(&self.parameters, snapshot, turn, now).map_err(TurnError::NotBegun)
     }
 
     async fn watch_other_publishers(&self) -> Infallible {

@@ -57,6 +57,12 @@ impl Setpoint {
             acceleration_rad_s2: 0.0,
         }
     }
+
+    /// Whether it moves at the largest velocity, and so at a constant one.
+    pub fn is_cruising(&self, limits: &RateLimits) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        self.velocity_rad_s.abs() >= limits.velocity_rad_s - ROUNDING
+    }
 }
 
 impl Setpoints {

@@ -10,7 +10,7 @@ use baxter::{Side, W2};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use support::Bench;
-use wrist_rotator::{Motion, MotionError, Parameters, Step};
+use wrist_rotator::{Motion, MotionError, Parameters, Step, Turn};
 
 /// Sequences, unless the environment variable SEQUENCES says otherwise.
 const SEQUENCES: u64 = 10_000;
@@ -42,6 +42,8 @@ struct World {
     begun: Instant,
     /// When the motion under way began.
     started: Instant,
+    /// What its rate adds to the time that it may take.
+    slack: Duration,
     jammed: bool,
     /// Ticks for which the commander has no processor.
     stalled: u32,
@@ -65,6 +67,7 @@ impl World {
         Self {
             begun: bench.now,
             started: bench.now,
+            slack: Duration::ZERO,
             bench,
             random: Pcg64Mcg::seed_from_u64(seed),
             motion: None,
@@ -141,7 +144,7 @@ impl World {
             );
         }
         assert!(
-            self.motion.is_none() || self.bench.now - self.started < MOTION_MAX,
+            self.motion.is_none() || self.bench.now - self.started < MOTION_MAX + self.slack,
             "a motion without end"
         );
     }
@@ -228,10 +231,24 @@ impl World {
             1 => 9.0,
             _ => self.random.random_range(-3.0..3.0),
         };
+        let rate_rad_s = match self.random.random_range(0..20) {
+            0 => Some(f64::NAN),
+            1 => Some(9.0),
+            2..12 => Some(self.random.random_range(0.05..1.15)),
+            _ => None,
+        };
+        let turn = Turn {
+            target_rad,
+            rate_rad_s,
+        };
         let (snapshot, now) = (self.bench.monitor.snapshot(), self.bench.now);
-        let started = Motion::start(&Parameters::default(), snapshot, target_rad, now);
+        let started = Motion::start(&Parameters::default(), snapshot, turn, now);
+        // The slowest sweeps through the whole range take longer than a sequence.
+        self.slack = rate_rad_s.map_or(Duration::ZERO, |rate_rad_s| {
+            Duration::try_from_secs_f64(6.1 / rate_rad_s).unwrap_or_default()
+        });
         self.note(format!(
-            "turn to {target_rad}: {:?}",
+            "turn to {target_rad} at {rate_rad_s:?}: {:?}",
             started.as_ref().err()
         ));
         self.turns[0] += u64::from(started.is_ok());

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use baxter::{JOINTS_PER_ARM, JointLimits, Side};
 
 /// Largest rates of change of setpoints: rad/s, rad/s², rad/s³. Those within which `wrist_rotator` stops; on its way to a target
-/// it stays well below.
-const RATES_MAX: [f64; 3] = [1.0, 10.0, 250.0];
+/// it stays well below. The velocity is W2's 4 rad/s times the usual speed ratio of 0.3.
+const RATES_MAX: [f64; 3] = [1.2, 10.0, 250.0];
 /// What rounding and a wrong estimate of the commander's period add to velocity, acceleration and jerk, as factors.
 const RATE_SLACK: [f64; 3] = [1.1, 1.25, 1.5];
 /// Pause between two setpoints after which the arm has come to rest in between, and has to be moved from rest, s and periods.

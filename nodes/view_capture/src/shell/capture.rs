@@ -126,7 +126,10 @@ impl Capture {
     /// Turns the wrist and waits until it is at rest, there or where it was stopped.
     async fn turn(&self, angle_rad: f64, life: &Life) -> anyhow::Result<RotateWristRes> {
         let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
-        let request = RotateWristReq { angle: angle_rad };
+        let request = RotateWristReq {
+            angle: angle_rad,
+            ..Default::default()
+        };
         let call = self
             .node
             .call::<RotateWrist>("rotate_wrist", request, deadline, life);
