@@ -72,7 +72,7 @@ impl Scan {
         };
         let object = sim_scan::dented(class, &parameters, &mut random)?;
         let setup = Setup::random(&object, &parameters, &mut random);
-        let mut views = capture(&setup, &parameters, &mut random)?;
+        let mut views = capture(&setup, &mut random)?;
         for view in &mut views {
             view.believed_hand_from_camera =
                 joint_error(&mut random) * view.believed_hand_from_camera;

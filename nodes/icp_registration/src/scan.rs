@@ -270,6 +270,8 @@ impl Current {
         } else if view.kind == View::END {
             self.scan.close();
         } else {
+            // A sweep knows only at its last view how many there were.
+            self.scan.count = view.count;
             self.scan.add(view);
         }
         self.next = (!self.scan.is_complete()).then_some(next + 1);

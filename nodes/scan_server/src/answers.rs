@@ -23,6 +23,14 @@ impl Answers {
         }
     }
 
+    /// The next answer to this scan. Nothing is lost where this is not waited for to the end.
+    pub async fn next(&mut self) -> &Classification {
+        let before = self.newest.take();
+        self.until(|_| true).await;
+        let next = self.newest.take().or(before);
+        self.newest.insert(next.unwrap_or_default())
+    }
+
     /// The newest answer, waited for until it is about this many views or ends the scan; `None` if none came in time.
     pub async fn about(&mut self, view_count: u32, patience: Duration) -> Option<&Classification> {
         let wanted = |answer: &Classification| answer.complete || answer.view_count >= view_count;

@@ -1,7 +1,7 @@
 //! The action's server without its topics: takes goals and cancellations, has the scans made, and tells how they end.
 
 use crate::goals::{GoalId, GoalState, Goals};
-use crate::scanner::{Scanned, Scanner, Stages};
+use crate::scanner::{Scanned, Scanner, Stages, Wish};
 use msg::deformable_cobot::ScanObjectResult;
 use node::Life;
 use std::collections::HashMap;
@@ -27,7 +27,7 @@ pub trait Topics: Send + Sync + 'static {
 /// Works on goals one after the other.
 pub struct GoalServer<T> {
     topics: T,
-    goals: Mutex<Goals<u32>>,
+    goals: Mutex<Goals<Wish>>,
     /// Of the goals that ended a short while ago, by their names.
     results: Mutex<HashMap<String, (GoalState, ScanObjectResult)>>,
     /// Changes with the goals.
@@ -50,13 +50,13 @@ impl<T: Topics> GoalServer<T> {
         &self.topics
     }
 
-    /// Takes a goal of so many views. A client that lost the result of one sends it again; it then gets the result again.
-    pub fn on_goal(&self, id: GoalId, views: u32) {
+    /// Takes a goal. A client that lost the result of one sends it again; it then gets the result again.
+    pub fn on_goal(&self, id: GoalId, wish: impl Into<Wish>) {
         let ended_before = self.results().get(&id.id).cloned();
         if let Some((goal, result)) = ended_before {
             return self.topics.publish_result(&goal, &result);
         }
-        let ended = self.goals().receive(id, views, Instant::now());
+        let ended = self.goals().receive(id, wish.into(), Instant::now());
         self.changed(ended);
     }
 
@@ -93,10 +93,10 @@ impl<T: Topics> GoalServer<T> {
                 return self.changed(ended);
             }
             let started = self.goals().start();
-            if let Some((id, views)) = started {
-                log::info!("goal {}: {views} views", id.id);
+            if let Some((id, wish)) = started {
+                log::info!("goal {}: {wish:?}", id.id);
                 self.publish_statuses();
-                let scanned = scanner.scan(views, &self.life()).await;
+                let scanned = scanner.scan(wish, &self.life()).await;
                 self.finish(scanned);
                 continue;
             }
@@ -177,7 +177,7 @@ impl<T: Topics> GoalServer<T> {
         self.topics.publish_statuses(&list);
     }
 
-    fn goals(&self) -> MutexGuard<'_, Goals<u32>> {
+    fn goals(&self) -> MutexGuard<'_, Goals<Wish>> {
         self.goals.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -100,6 +100,11 @@ impl Progress {
         self.report.send_modify(|report| report.points = points);
     }
 
+    /// So many views of a sweep were left out so far.
+    pub fn left_out(&self, count: u32) {
+        self.report.send_modify(|report| report.left_out = count);
+    }
+
     /// The scan does something else now.
     pub fn set(&self, state: State) {
         self.mark();

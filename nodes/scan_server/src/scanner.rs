@@ -1,4 +1,6 @@
-//! A scan: turn, look, hand on, again, until all views are taken or the answer is sure enough; then the answer.
+//! A scan: turn, look, hand on, until all views are taken or the answer is sure enough; then the answer.
+
+mod sweep;
 
 use crate::answers::Answers;
 use crate::goals::Outcome;
@@ -8,6 +10,7 @@ use anyhow::{Context, bail, ensure};
 use msg::deformable_cobot::{Classification, ScanObjectRes, View};
 use msg::view::new_scan_id;
 use node::Life;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, broadcast};
 use tokio::time::Instant;
@@ -19,14 +22,51 @@ const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 /// Answers kept for a scan that looks for its own.
 const ANSWERS_KEPT: usize = 64;
 
+/// What a caller asks for.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Wish {
+    /// How many views at rest; 0: as configured.
+    pub views: u32,
+    /// How far to sweep, rad; 0: as configured.
+    pub range_rad: f64,
+}
+
+impl From<u32> for Wish {
+    fn from(views: u32) -> Self {
+        Self {
+            views,
+            range_rad: 0.0,
+        }
+    }
+}
+
+/// How the wrist turns.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Plan {
+    /// To each angle (rad), where it comes to rest for a view.
+    Rests(Vec<f64>),
+    /// Through a range, with views while it turns.
+    Sweep {
+        /// How far, rad.
+        range_rad: f64,
+        /// Views, if none is left out.
+        count: u32,
+    },
+}
+
+impl Plan {
+    fn count(&self) -> u32 {
+        match self {
+            Self::Rests(angles_rad) => angles_rad.len() as u32,
+            Self::Sweep { count, .. } => *count,
+        }
+    }
+}
+
 /// What a scan needs of the running graph. All futures end when `life` does; the arm rests then.
 pub trait Stages: Send + Sync {
-    /// The wrist angles for `views` views (0: as configured), rad.
-    fn plan(
-        &self,
-        views: u32,
-        life: &Life,
-    ) -> impl Future<Output = anyhow::Result<Vec<f64>>> + Send;
+    /// How to take the views that are asked for.
+    fn plan(&self, wish: Wish, life: &Life) -> impl Future<Output = anyhow::Result<Plan>> + Send;
     /// `life`, which ends also when `stop_wrist` is called: also between two turns, when nothing moves.
     fn until_wrist_stopped(&self, life: &Life) -> Life;
     /// Waits until somebody registers views, so that the first one is not lost.
@@ -37,6 +77,17 @@ pub trait Stages: Send + Sync {
         angle_rad: f64,
         life: &Life,
     ) -> impl Future<Output = anyhow::Result<View>> + Send;
+    /// Turns the wrist through a range, with views meanwhile, which come by [`Stages::captured`] with this scan id; says how
+    /// many were taken. Of `count` views it may leave some out.
+    fn sweep(
+        &self,
+        range_rad: f64,
+        count: u32,
+        scan_id: &str,
+        life: &Life,
+    ) -> impl Future<Output = anyhow::Result<u32>> + Send;
+    /// The views of sweeps from now on.
+    fn captured(&self) -> broadcast::Receiver<Arc<View>>;
     /// Hands a view on to the later stages.
     fn publish(&self, view: View);
     /// Tells the later stages that no more views come than these.
@@ -91,21 +142,21 @@ impl<S: Stages> Scanner<S> {
         let _ = self.answers.send(answer);
     }
 
-    /// Makes a scan of `views` views (0: as configured) and waits for the answer. It is given up when `life` ends. The arm
+    /// Makes the scan that is asked for and waits for the answer. It is given up when `life` ends. The arm
     /// rests when this returns.
-    pub async fn scan(&self, views: u32, life: &Life) -> Scanned {
+    pub async fn scan(&self, wish: impl Into<Wish>, life: &Life) -> Scanned {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
         };
         let life = &self.stages.until_wrist_stopped(life);
-        let angles_rad = match self.stages.plan(views, life).await {
-            Ok(angles_rad) => angles_rad,
+        let plan = match self.stages.plan(wish.into(), life).await {
+            Ok(plan) => plan,
             Err(error) => return refused(&format!("no scan: {error:#}")),
         };
         let scan_id = new_scan_id();
-        log::info!("scan {scan_id}: {} views", angles_rad.len());
-        self.progress.begin(&scan_id, angles_rad.len() as u32);
-        let result = self.views_to_label(&scan_id, &angles_rad, life).await;
+        log::info!("scan {scan_id}: {plan:?}");
+        self.progress.begin(&scan_id, plan.count());
+        let result = self.views_to_label(&scan_id, &plan, life).await;
         let since = self.progress.since();
         let (state, outcome) = match (&result, life.end()) {
             (Ok(_), _) => (State::Done, Outcome::Succeeded),
@@ -123,11 +174,32 @@ impl<S: Stages> Scanner<S> {
     async fn views_to_label(
         &self,
         scan_id: &str,
-        angles_rad: &[f64],
+        plan: &Plan,
         life: &Life,
     ) -> anyhow::Result<Classification> {
         let mut answers = Answers::new(&self.answers, scan_id);
         life.during(self.stages.until_registered()).await?;
+        match plan {
+            Plan::Rests(angles_rad) => {
+                self.views_at_rest(scan_id, angles_rad, &mut answers, life)
+                    .await?;
+            }
+            Plan::Sweep { range_rad, count } => {
+                self.views_of_sweep(scan_id, *range_rad, *count, &mut answers, life)
+                    .await?;
+            }
+        }
+        self.progress.set(State::Classifying);
+        life.during(self.label(&mut answers)).await
+    }
+
+    async fn views_at_rest(
+        &self,
+        scan_id: &str,
+        angles_rad: &[f64],
+        answers: &mut Answers,
+        life: &Life,
+    ) -> anyhow::Result<()> {
         let count = angles_rad.len() as u32;
         for (index, &angle_rad) in (0..).zip(angles_rad) {
             self.progress.turning(index, angle_rad);
@@ -141,14 +213,13 @@ impl<S: Stages> Scanner<S> {
                 ..view
             });
             let taken = index + 1;
-            if taken < count && life.during(self.is_sure(&mut answers, taken)).await? {
+            if taken < count && life.during(self.is_sure(answers, taken)).await? {
                 log::info!("scan {scan_id}: {taken} of {count} views suffice");
                 self.stages.publish_end(scan_id, taken);
                 break;
             }
         }
-        self.progress.set(State::Classifying);
-        life.during(self.label(&mut answers)).await
+        Ok(())
     }
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
@@ -161,6 +232,11 @@ impl<S: Stages> Scanner<S> {
         let Some(answer) = answers.about(views, patience).await else {
             return Ok(false);
         };
+        self.suffices(answer)
+    }
+
+    /// Whether an answer ends the scan; an error if it says that a later stage has failed.
+    fn suffices(&self, answer: &Classification) -> anyhow::Result<bool> {
         ensure!(
             !answer.complete || answer.error.is_empty(),
             "{}",

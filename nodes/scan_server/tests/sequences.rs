@@ -10,13 +10,13 @@ use node::Life;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use scan_server::{
-    GoalId, GoalServer, GoalState, Outcome, Parameters, Scanner, Stages, Status, Topics,
+    GoalId, GoalServer, GoalState, Outcome, Parameters, Plan, Scanner, Stages, Status, Topics, Wish,
 };
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, sleep, timeout};
 
 /// What nodes other than the scan server take at most to answer or to be given up.
@@ -35,6 +35,7 @@ struct World {
     is_ending: watch::Sender<bool>,
     results: Mutex<HashMap<String, Vec<(Status, String)>>>,
     scanner: OnceLock<Weak<Scanner<Graph>>>,
+    captured: broadcast::Sender<Arc<View>>,
 }
 
 struct Graph(Arc<World>);
@@ -50,6 +51,7 @@ impl World {
             is_ending: watch::Sender::new(false),
             results: Mutex::default(),
             scanner: OnceLock::new(),
+            captured: broadcast::Sender::new(16),
         })
     }
 
@@ -115,10 +117,55 @@ impl World {
 }
 
 impl Stages for Graph {
-    async fn plan(&self, views: u32, life: &Life) -> anyhow::Result<Vec<f64>> {
+    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<Plan> {
         self.0.call(20, life).await?;
+        let Wish { views, range_rad } = wish;
         ensure!(views <= 64, "{views} views");
-        Ok((0..views.max(1)).map(f64::from).collect())
+        if views == 0 || range_rad != 0.0 {
+            return Ok(Plan::Sweep {
+                range_rad: range_rad.max(1.2),
+                count: 13,
+            });
+        }
+        Ok(Plan::Rests((0..views).map(f64::from).collect()))
+    }
+
+    async fn sweep(&self, _: f64, count: u32, scan_id: &str, life: &Life) -> anyhow::Result<u32> {
+        let world = &self.0;
+        assert!(
+            !world.is_moving.swap(true, Ordering::Relaxed),
+            "two motions at once"
+        );
+        let mut taken = 0;
+        let swept = loop {
+            if let Err(error) = world.call(100, life).await {
+                break Err(error);
+            }
+            // A camera, or the way here, may be slow.
+            if world.below(4) == 0 && taken + 1 < count {
+                continue;
+            }
+            taken += 1;
+            let is_last = taken >= count || world.below(20) == 0;
+            let _ = world.captured.send(Arc::new(View {
+                scan_id: scan_id.into(),
+                index: taken - 1,
+                count: if is_last { taken } else { count },
+                ..Default::default()
+            }));
+            if is_last {
+                break Ok(taken);
+            }
+        };
+        if swept.is_err() {
+            sleep(RAMP).await;
+        }
+        world.is_moving.store(false, Ordering::Relaxed);
+        swept
+    }
+
+    fn captured(&self) -> broadcast::Receiver<Arc<View>> {
+        self.0.captured.subscribe()
     }
 
     fn until_wrist_stopped(&self, life: &Life) -> Life {
@@ -353,7 +400,10 @@ async fn run(seed: u64) {
     sleep(Duration::from_secs(10)).await;
     if bench.world.below(2) == 0 {
         let life = Life::until(std::future::pending());
-        let scanned = bench.scanner.scan(3, &life).await;
+        let scanned = bench
+            .scanner
+            .scan(if seed % 2 == 0 { 0 } else { 3 }, &life)
+            .await;
         assert_eq!(
             (scanned.outcome, &scanned.answer.error[..]),
             (Outcome::Succeeded, "")

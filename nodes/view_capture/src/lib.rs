@@ -1,6 +1,6 @@
 //! Which wrist angles views are taken at, and when one may be taken.
 //!
-//! In active mode [`plan`] gives the wrist angles to ask for. In passive mode [`Rests`] and [`Sweep`] watch the wrist and
+//! In active mode [`plan_scan`] gives the wrist angles to ask for, or the sweep whose images [`Spacing`] chooses from. In passive mode [`Rests`] and [`Sweep`] watch the wrist and
 //! the clouds and find the views in what somebody else makes the robot do (paper, Sec. VI-C 2).
 
 mod moved;
@@ -8,10 +8,14 @@ mod parameters;
 mod plan;
 mod pose_check;
 mod rests;
+mod spacing;
 mod sweep;
+mod wrist_track;
 
-pub use parameters::{Mode, Parameters};
-pub use plan::{PlanError, check, plan};
+pub use parameters::{Mode, Motion, Parameters};
+pub use plan::{Plan, PlanError, SweepPlan, check, plan, plan_scan, plan_sweep};
 pub use pose_check::{ImagePlane, PoseError, PoseRules};
 pub use rests::{RestRules, RestView, Rests};
+pub use spacing::{Place, Spacing};
 pub use sweep::{ScanView, Sweep, SweepRules};
+pub use wrist_track::WristTrack;

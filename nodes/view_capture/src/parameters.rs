@@ -19,6 +19,16 @@ pub enum Mode {
     Passive,
 }
 
+/// How the wrist turns during a scan on request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// In one sweep, with views while it turns.
+    Sweep,
+    /// To one angle after the other, where it comes to rest for a view, as in the paper.
+    Steps,
+}
+
 /// What `~` may hold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -47,6 +57,20 @@ pub struct Parameters {
     pub centre_angle_rad: f64,
     /// Wrist turn between views, rad; smaller where the range is not enough.
     pub view_step_rad: f64,
+    /// How a scan turns the wrist where its caller asks for neither views nor a range: sweep or steps.
+    pub motion: Motion,
+    /// How far a sweep turns, rad.
+    pub sweep_range_rad: f64,
+    /// How fast a sweep turns, rad/s; at most velocity_max_rad_s of wrist_rotator.
+    pub sweep_rate_rad_s: f64,
+    /// Turn between the views of a sweep, rad.
+    pub view_spacing_rad: f64,
+    /// Longest exposure of the camera, s.
+    pub exposure_s: f64,
+    /// Distance of the object's surface from the wrist's axis, m; how far it moves during an exposure is limited.
+    pub blur_radius_m: f64,
+    /// How far it may move during an exposure, m.
+    pub blur_max_m: f64,
     /// Smallest wrist angle, rad.
     pub angle_min_rad: f64,
     /// Largest wrist angle, rad.
@@ -90,6 +114,14 @@ impl Default for Parameters {
             view_count: 3,
             centre_angle_rad: 0.0,
             view_step_rad: 0.6,
+            motion: Motion::Steps,
+            sweep_range_rad: 1.2,
+            sweep_rate_rad_s: 1.15,
+            view_spacing_rad: 0.1,
+            // A D435i exposes at most as long as an image takes at 30 Hz.
+            exposure_s: 0.033,
+            blur_radius_m: 0.045,
+            blur_max_m: 0.002,
             angle_min_rad: -3.0,
             angle_max_rad: 3.0,
             motion_deadline_s: 15.0,
@@ -112,6 +144,9 @@ impl Parameters {
     pub const TUNABLES: &[Tunable<Self>] = tunables! { Self;
         view_count: u32, 1..=64, "", "Views of a scan unless the caller says otherwise";
         view_step_rad: f64, 0.001..=3.2, "rad", "Wrist turn between views";
+        sweep_range_rad: f64, 0.05..=6.2, "rad", "How far a sweep turns";
+        sweep_rate_rad_s: f64, 0.05..=4.0, "rad/s", "How fast a sweep turns";
+        view_spacing_rad: f64, 0.02..=3.2, "rad", "Turn between the views of a sweep";
     };
 
     /// Names the first parameter that is out of range.
@@ -131,6 +166,9 @@ impl Parameters {
             nearest_rad..=farthest_rad,
             "rad",
         )?;
+        in_range("exposure_s", self.exposure_s, 0.0..=1.0, "s")?;
+        in_range("blur_radius_m", self.blur_radius_m, 0.0..=1.0, "m")?;
+        in_range("blur_max_m", self.blur_max_m, 0.0..=1.0, "m")?;
         in_range("tilt_max_rad", self.tilt_max_rad, 0.0..=3.2, "rad")?;
         let (near_m, far_m) = (self.depth_min_m, self.depth_max_m);
         in_range("depth_max_m", far_m, 0.0..=65.0, "m")?;

@@ -12,8 +12,8 @@ use msg::baxter_core_msgs::{
 };
 use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
 use msg::sensor_msgs::JointState;
-use msg::{Time, stamp};
 use msg::std_srvs::{Trigger, TriggerRes};
+use msg::{Time, stamp};
 use node::{Expect, Level, Life, Node, Subscriber};
 use rotator::Rotator;
 use wrist_rotator::{ConstantPart, Guard, Parameters, Surroundings, Turn};

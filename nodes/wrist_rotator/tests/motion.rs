@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use baxter::{Side, StateRefusal, W2};
 use support::Bench;
-use wrist_rotator::{MotionError, Parameters, Refusal, Step};
+use wrist_rotator::{Motion, MotionError, Parameters, Refusal, Step, Turn};
 
 const NONE: [&str; 0] = [];
 
@@ -40,6 +40,85 @@ fn arrives_across_the_whole_range_and_where_it_already_is() {
         assert!((bench.w2().0 - target_rad).abs() < 0.0087);
     }
     assert_eq!(bench.violations(), NONE);
+}
+
+#[test]
+fn a_turn_at_a_rate_says_when_the_rate_was_constant() {
+    let mut bench = Bench::new();
+    for (target_rad, rate_rad_s) in [(1.2, 1.15), (0.0, 0.4), (2.9, 0.9)] {
+        let from_rad = bench.w2().0;
+        let turn = Turn {
+            target_rad,
+            rate_rad_s: Some(rate_rad_s),
+        };
+        let mut motion = bench.start(turn);
+        let mut track = vec![];
+        let (ended, elapsed_s) = bench.carry_out(&mut motion, |bench, _, _| {
+            track.push((bench.stamp, bench.w2().0));
+        });
+        assert!(ended.result.is_ok());
+        let constant = ended.constant.unwrap();
+        let lasted_s = (constant.until - constant.from).as_secs_f64();
+        // The way less the ramps, which take the wrist from rest to the rate within 5 rad/s² and 80 rad/s³.
+        let ramp_s = rate_rad_s / 5.0 + 5.0 / 80.0;
+        let expected_s = (target_rad - from_rad).abs() / rate_rad_s - ramp_s;
+        assert!(
+            (lasted_s - expected_s).abs() < 0.05,
+            "{lasted_s} s, expected {expected_s}"
+        );
+        assert!(elapsed_s < lasted_s + 2.0 * ramp_s + 0.2, "{elapsed_s} s");
+        // The arm follows the setpoints some 20 ms later.
+        let late = Duration::from_millis(60);
+        let steady: Vec<_> = track
+            .windows(2)
+            .filter(|pair| pair[0].0 > constant.from + late && pair[1].0 <= constant.until)
+            .collect();
+        assert!(steady.len() > 30);
+        for pair in steady {
+            let speed_rad_s = (pair[1].1 - pair[0].1).abs() / support::TICK_S;
+            assert!(
+                (speed_rad_s - rate_rad_s).abs() < 0.02,
+                "{speed_rad_s} rad/s"
+            );
+        }
+    }
+    assert_eq!(bench.violations(), NONE);
+}
+
+#[test]
+fn a_way_too_short_for_the_rate_has_no_constant_part_and_a_hold_begins_it_anew() {
+    let mut bench = Bench::new();
+    let mut motion = bench.start(0.05);
+    let (ended, _) = bench.carry_out(&mut motion, |_, _, _| {});
+    assert!(ended.result.is_ok() && ended.constant.is_none());
+    let mut motion = bench.start(2.5);
+    let mut released = None;
+    let (ended, _) = bench.carry_out(&mut motion, |bench, _, elapsed_s| {
+        let is_jammed = (0.8..1.1).contains(&elapsed_s);
+        bench.robot.arm_mut(Side::Left).jam(W2, is_jammed);
+        if is_jammed {
+            released = Some(bench.stamp);
+        }
+    });
+    assert!(ended.result.is_ok());
+    assert!(ended.constant.unwrap().from > released.unwrap());
+    assert_eq!(bench.violations(), NONE);
+}
+
+#[test]
+fn rates_that_cannot_be_are_refused_by_name() {
+    let bench = Bench::new();
+    let parameters = Parameters::default();
+    for rate_rad_s in [f64::NAN, -0.5, 0.01, 1.2, f64::INFINITY] {
+        let turn = Turn {
+            target_rad: 0.5,
+            rate_rad_s: Some(rate_rad_s),
+        };
+        let started = Motion::start(&parameters, bench.monitor.snapshot(), turn, bench.now);
+        let text = started.unwrap_err().to_string();
+        let words = ["0.05 to 1.15", "velocity_max_rad_s"];
+        assert!(words.iter().all(|word| text.contains(word)), "{text}");
+    }
 }
 
 #[test]

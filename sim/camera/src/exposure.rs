@@ -7,7 +7,10 @@ use msg::Time;
 use nalgebra::Isometry3;
 use node::Transforms;
 use node::transforms::TransformError;
-use sim_camera::{D435I, DepthImage, Mount, Noise, Parameters, Placement, Playback, Renderer};
+use sim_camera::{
+    D435I, DepthImage, InverseDepth, Mount, Noise, Parameters, Placement, Playback, Renderer,
+    integrate, moments,
+};
 
 use crate::messages;
 use crate::world::World;
@@ -33,6 +36,7 @@ pub struct Simulated {
     mount: Mount,
     renderer: Renderer,
     noise: Option<Noise>,
+    exposure_s: f64,
 }
 
 impl Source {
@@ -54,10 +58,11 @@ impl Source {
             mount: parameters.mount.clone(),
             renderer,
             noise,
+            exposure_s: parameters.exposure_s,
         })))
     }
 
-    /// What is seen at the moment `stamp`.
+    /// What is seen in an exposure whose middle is at the moment `stamp`.
     pub async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
         match self {
             Self::Simulated(simulated) => simulated.expose(stamp).await,
@@ -70,7 +75,32 @@ impl Source {
 }
 
 impl Simulated {
-    async fn expose(&mut self, stamp: Time) -> Result<DepthImage, TransformError> {
+    async fn expose(&mut self, middle: Time) -> Result<DepthImage, TransformError> {
+        if self.exposure_s == 0.0 {
+            self.render(middle).await?;
+            return Ok(self.measured(None));
+        }
+        let mut seen = Vec::new();
+        for share in moments() {
+            let after_ns = (share * self.exposure_s * 1e9) as i64;
+            self.render(Time::from_nanos(middle.nanos() + after_ns))
+                .await?;
+            seen.push(self.renderer.last().clone());
+        }
+        Ok(self.measured(Some(&integrate(&seen))))
+    }
+
+    /// What the camera makes of an image; of the last one rendered, where there is none.
+    fn measured(&mut self, image: Option<&InverseDepth>) -> DepthImage {
+        let clean = image.unwrap_or(self.renderer.last());
+        match &mut self.noise {
+            Some(noise) => noise.apply(clean, &D435I),
+            None => clean.to_depth_image(),
+        }
+    }
+
+    /// Renders what is before the camera at a moment.
+    async fn render(&mut self, stamp: Time) -> Result<(), TransformError> {
         let parent = &self.mount.parent_frame;
         let of_arm = |frame: &str| format!("{}_{frame}", self.side);
         let parent_from_hand = self
@@ -95,10 +125,7 @@ impl Simulated {
                 .collect(),
             camera_from_base: pose(BASE_FRAME),
         };
-        let clean = self.renderer.render(scene, &placement);
-        Ok(match &mut self.noise {
-            Some(noise) => noise.apply(clean, &D435I),
-            None => clean.to_depth_image(),
-        })
+        self.renderer.render(scene, &placement);
+        Ok(())
     }
 }

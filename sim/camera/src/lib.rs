@@ -9,6 +9,7 @@
 mod gripper;
 mod held;
 mod image;
+mod integration;
 mod intrinsics;
 mod mount;
 mod noise;
@@ -22,6 +23,7 @@ mod stereo;
 
 pub use held::{Grip, Held, HeldError};
 pub use image::{DepthImage, InverseDepth};
+pub use integration::{integrate, moments};
 pub use intrinsics::{D435I, Intrinsics, deproject, project};
 pub use mount::Mount;
 pub use noise::{Noise, NoiseParameters};

@@ -52,6 +52,7 @@ async fn run(node: Node) -> anyhow::Result<()> {
         infos: node.publish("camera/depth/camera_info", IMAGES_MAX, Latch::No)?,
         node: node.clone(),
         source,
+        stamp_offset_ns: (parameters.stamp_offset_s * 1e9) as i64,
     };
     tokio::spawn(camera.develop(exposures));
     let mut ticker = interval(Duration::from_secs_f64(1.0 / parameters.rate_hz));
@@ -210,15 +211,18 @@ struct Camera {
     source: Source,
     images: Publisher<Image>,
     infos: Publisher<CameraInfo>,
+    /// How much later than the middle of its exposure an image's stamp is.
+    stamp_offset_ns: i64,
 }
 
 impl Camera {
     /// Publishes an image and its camera_info for each exposure; the image only while somebody wants it.
     async fn develop(mut self, mut exposures: Receiver<Time>) {
         let mut seeing = true;
-        while let Some(stamp) = exposures.recv().await {
+        while let Some(moment) = exposures.recv().await {
+            let stamp = Time::from_nanos(moment.nanos() + self.stamp_offset_ns);
             if self.images.is_subscribed() {
-                let seen = self.source.expose(stamp).await;
+                let seen = self.source.expose(moment).await;
                 self.report(seeing, seen.as_ref().err());
                 seeing = seen.is_ok();
                 if let Ok(image) = seen {

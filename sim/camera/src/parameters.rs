@@ -42,6 +42,10 @@ pub struct Parameters {
     pub captures_frame: CapturesFrame,
     /// Images a second.
     pub rate_hz: f64,
+    /// How long an exposure lasts, s; 0: no time at all. What moves meanwhile is blurred.
+    pub exposure_s: f64,
+    /// How much later than the middle of the exposure the stamp is, s, as by a clock that differs from the robot's.
+    pub stamp_offset_s: f64,
 }
 
 /// Axes of recorded captures.
@@ -71,6 +75,8 @@ impl Default for Parameters {
             captures: PathBuf::new(),
             captures_frame: CapturesFrame::Auto,
             rate_hz: 30.0,
+            exposure_s: 0.0,
+            stamp_offset_s: 0.0,
         }
     }
 }
@@ -86,6 +92,8 @@ impl Parameters {
         self.gap.validate()?;
         in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
         in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
+        in_range("exposure_s", self.exposure_s, 0.0..=0.2, "s")?;
+        in_range("stamp_offset_s", self.stamp_offset_s, -0.1..=0.1, "s")?;
         self.noise_model.validate()?;
         self.mount.validate()
     }

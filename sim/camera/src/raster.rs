@@ -37,6 +37,11 @@ impl Renderer {
         }
     }
 
+    /// What was rendered last.
+    pub fn last(&self) -> &InverseDepth {
+        &self.target
+    }
+
     /// What the camera sees, without noise.
     pub fn render(&mut self, scene: &Scene, placement: &Placement) -> &InverseDepth {
         self.target.per_m.fill(0.0);

@@ -7,5 +7,5 @@ mod setup;
 
 pub use dented::dented;
 pub use parameters::ScanParameters;
-pub use scan::{ScanError, ScannedObject, View, capture, full_view, scan};
+pub use scan::{ScanError, ScannedObject, Shot, View, capture, capture_shots, full_view, scan};
 pub use setup::Setup;

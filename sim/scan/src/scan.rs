@@ -11,7 +11,7 @@ use parameter::ParameterError;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
-use sim_camera::{D435I, Intrinsics, Noise, Placement, Renderer};
+use sim_camera::{D435I, Intrinsics, InverseDepth, Noise, Placement, Renderer, integrate, moments};
 
 use crate::parameters::ScanParameters;
 use crate::setup::Setup;
@@ -54,7 +54,7 @@ pub fn scan(
 ) -> Result<Vec<ScannedObject>, ScanError> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let setup = Setup::random(object, parameters, &mut random);
-    let views = capture(&setup, parameters, &mut random)?;
+    let views = capture(&setup, &mut random)?;
     let mut objects = register_and_crop(&setup, &views, parameters)?;
     if let [_, .., last] = views.as_slice() {
         objects.extend(register_and_crop(
@@ -86,39 +86,85 @@ pub struct View {
     pub believed_hand_from_camera: Isometry3<f64>,
 }
 
+/// An image of a wrist that rests or turns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shot {
+    /// Where the wrist is in the middle of the exposure, rad.
+    pub wrist_rad: f64,
+    /// How far it turns during the exposure, rad.
+    pub turn_rad: f64,
+    /// Where kinematics have it at the image's stamp, rad.
+    pub believed_rad: f64,
+}
+
+impl Shot {
+    /// Of a wrist that rests.
+    pub fn at_rest(wrist_rad: f64) -> Self {
+        Self {
+            wrist_rad,
+            turn_rad: 0.0,
+            believed_rad: wrist_rad,
+        }
+    }
+}
+
 /// The views of a scan, one for each of the setup's wrist angles.
 ///
 /// # Errors
 /// Settings that a node refuses.
-pub fn capture(
+pub fn capture(setup: &Setup, random: &mut Pcg64Mcg) -> Result<Vec<View>, ScanError> {
+    let shots: Vec<Shot> = setup
+        .wrist_angles_rad
+        .iter()
+        .map(|wrist_rad| Shot::at_rest(*wrist_rad))
+        .collect();
+    capture_shots(setup, &shots, random)
+}
+
+/// The views that images show.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn capture_shots(
     setup: &Setup,
-    parameters: &ScanParameters,
+    shots: &[Shot],
     random: &mut Pcg64Mcg,
 ) -> Result<Vec<View>, ScanError> {
     let mut renderer = Renderer::new(WINDOW);
     let mut noise = Noise::new(setup.noise.clone(), random.random())?;
     let mut thresholder = Thresholder::new(setup.threshold.clone())?;
-    let mut views = Vec::with_capacity(parameters.view_count);
-    for &wrist_rad in &setup.wrist_angles_rad {
-        let camera_from_hand = setup.camera_from_hand(wrist_rad);
-        let placement = Placement {
-            camera_from_hand,
-            camera_from_links: Vec::new(),
-            camera_from_base: None,
-        };
-        let image = noise.apply(renderer.render(&setup.scene, &placement), &WINDOW);
+    let mut views = Vec::with_capacity(shots.len());
+    for shot in shots {
+        let image = noise.apply(&exposed(setup, shot, &mut renderer), &WINDOW);
         let bytes = image.to_le_bytes();
         let image = DepthImage::of_millimetres(WINDOW.width, WINDOW.height, &bytes);
         let mut points = thresholder.points(&image, &WINDOW)?;
         points.retain(|point| setup.is_in_image(point));
         let believed_hand_from_camera =
-            camera_from_hand.inverse() * setup.camera_from_believed_camera;
+            setup.camera_from_hand(shot.believed_rad).inverse() * setup.camera_from_believed_camera;
         views.push(View {
             points,
             believed_hand_from_camera,
         });
     }
     Ok(views)
+}
+
+/// What a shot exposes.
+fn exposed(setup: &Setup, shot: &Shot, renderer: &mut Renderer) -> InverseDepth {
+    let mut rendered = |wrist_rad: f64| {
+        let placement = Placement {
+            camera_from_hand: setup.camera_from_hand(wrist_rad),
+            camera_from_links: Vec::new(),
+            camera_from_base: None,
+        };
+        renderer.render(&setup.scene, &placement).clone()
+    };
+    if shot.turn_rad == 0.0 {
+        return rendered(shot.wrist_rad);
+    }
+    let seen = moments().map(|share| rendered(shot.wrist_rad + share * shot.turn_rad));
+    integrate(&seen)
 }
 
 /// The part of a D435i's image in which the object is; the rest would only cost time. Wide enough on the left for the

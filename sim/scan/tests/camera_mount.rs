@@ -28,9 +28,7 @@ fn sweeps(class: ObjectClass, poses: usize, seed: u64) -> (Vec<Vec<View>>, Isome
         setup.threshold = depth_threshold::Parameters::default();
     }
     let sweeps = setups.iter().map(|setup| {
-        let views = capture(setup, &parameters, &mut random)
-            .unwrap()
-            .into_iter();
+        let views = capture(setup, &mut random).unwrap().into_iter();
         let view = |view: sim_scan::View| View {
             hand_from_camera: view.believed_hand_from_camera,
             points: view.points,

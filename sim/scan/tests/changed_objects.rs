@@ -118,8 +118,8 @@ fn views(fault: Fault, seed: u64) -> Views {
             }
         }
     }
-    let first = capture(&setup, &parameters, &mut random).unwrap();
-    let then = capture(&later, &parameters, &mut random).unwrap();
+    let first = capture(&setup, &mut random).unwrap();
+    let then = capture(&later, &mut random).unwrap();
     let views = first.into_iter().take(1).chain(then.into_iter().skip(1));
     views
         .map(|view| {

@@ -26,8 +26,8 @@ pub struct Grasp {
 }
 
 impl Grasp {
-    /// Of a scan that was to have so many views; an error where it does not show an object from all sides.
-    pub fn of(scan: &Recorded, answer: Classification, views_asked: u32) -> Result<Self> {
+    /// Of a scan that was to have so many views (a sweep has as many as it takes); an error where it does not show an object from all sides.
+    pub fn of(scan: &Recorded, answer: Classification, views_asked: Option<u32>) -> Result<Self> {
         let views = &scan.registered.views;
         ensure!(
             scan.registered.in_hand_frame,
@@ -35,6 +35,7 @@ impl Grasp {
              launch it with a robot"
         );
         ensure!(!scan.object.empty, "the hand is empty");
+        let views_asked = views_asked.unwrap_or(scan.registered.view_count);
         ensure!(
             scan.registered.view_count == views_asked,
             "the scan ended after {} of {views_asked} views; set stop_when_confident of scan_server to 0",
@@ -54,7 +55,7 @@ impl Grasp {
         };
         ensure!(
             grasp.coverage_rad >= COVERAGE_MIN_RAD,
-            "{grasp}; at least {:.0}° are needed: take more --views",
+            "{grasp}; at least {:.0}° are needed: turn farther, or take more --views",
             COVERAGE_MIN_RAD.to_degrees()
         );
         Ok(grasp)
@@ -120,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_grasp_says_what_was_seen() {
-        let grasp = Grasp::of(&scan(), Classification::default(), 3).unwrap();
+        let grasp = Grasp::of(&scan(), Classification::default(), Some(3)).unwrap();
         assert_eq!(
             grasp.to_string(),
             "turned by 344°, 3 views show 360° of 360°; registration refused 1 of them, which are left out; \
@@ -133,7 +134,7 @@ mod tests {
         let refusal = |change: fn(&mut Recorded), words: &str| {
             let mut scan = scan();
             change(&mut scan);
-            let text = Grasp::of(&scan, Classification::default(), 3)
+            let text = Grasp::of(&scan, Classification::default(), Some(3))
                 .unwrap_err()
                 .to_string();
             assert!(text.contains(words), "{text}");

@@ -12,6 +12,7 @@ use file::Target;
 use grasp::Grasp;
 use icp_registration::{Hidden, Regrasp};
 use mesh::Recorded;
+use msg::deformable_cobot::ScanObjectGoal;
 use nalgebra::Point3;
 use node::Node;
 use scan::bar::Bar;
@@ -41,6 +42,9 @@ struct Arguments {
     /// Views of each grasp
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
     views: u32,
+    /// Views of each grasp during one sweep through so many radians, without a rest, in place of --views; 6 is the whole range
+    #[arg(long, value_name = "RAD", conflicts_with = "views")]
+    range: Option<f64>,
     /// The folder that the mesh goes to
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     save: PathBuf,
@@ -61,7 +65,7 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
     let target = Target::new(&arguments.save, &arguments.name, arguments.force)?;
     let recording = Recording::listen(&node).await?;
     let mut client = Client::connect(&node).await?;
-    let first = look(&mut client, &recording, arguments.views).await?;
+    let first = look(&mut client, &recording, &arguments).await?;
     eprintln!("first grasp: {first}");
     let mut points = first.points.clone();
     let mut grasps = vec![first];
@@ -69,7 +73,7 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
     if arguments.grasps == 2 {
         let second = loop {
             prompt::until_enter(&node).await?;
-            match look(&mut client, &recording, arguments.views).await {
+            match look(&mut client, &recording, &arguments).await {
                 Ok(second) => break second,
                 // What was recorded already is not lost.
                 Err(error) => eprintln!("{error:#}\nthe first grasp is kept; once more:"),
@@ -99,13 +103,21 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
 }
 
 /// One grasp, seen from all wrist angles.
-async fn look(client: &mut Client, recording: &Recording, views: u32) -> Result<Grasp> {
+async fn look(client: &mut Client, recording: &Recording, arguments: &Arguments) -> Result<Grasp> {
     let bar = Bar::default();
-    let end = client.scan(views, &bar).await;
+    let goal = match arguments.range {
+        Some(range) => ScanObjectGoal { views: 0, range },
+        None => ScanObjectGoal {
+            views: arguments.views,
+            range: 0.0,
+        },
+    };
+    let views_asked = arguments.range.is_none().then_some(arguments.views);
+    let end = client.scan(goal, &bar).await;
     bar.clear();
     let answer = end?;
     let scan = recording.of(&answer.scan_id).await?;
-    Grasp::of(&scan, answer, views)
+    Grasp::of(&scan, answer, views_asked)
 }
 
 fn finish(

@@ -76,13 +76,13 @@ impl Client {
         while !matches!(self.events.recv().await, Some(Event::Status(_))) {}
     }
 
-    /// Scans with so many views (0: as configured), shown on the bar. Where the program is asked to end, it asks the
+    /// Makes the scan that is asked for, shown on the bar. Where the program is asked to end, it asks the
     /// server to end the scan, and returns when the arm is still.
     ///
     /// # Errors
     /// Why there is no answer.
-    pub async fn scan(&mut self, views: u32, bar: &Bar) -> Result<Classification> {
-        let message = self.next_goal(views);
+    pub async fn scan(&mut self, goal: ScanObjectGoal, bar: &Bar) -> Result<Classification> {
+        let message = self.next_goal(goal);
         let id = message.goal_id.id.clone();
         let mut goal = Goal::new(&id, Instant::now());
         let mut ticker = tokio::time::interval(TICK);
@@ -121,10 +121,10 @@ impl Client {
         }
     }
 
-    fn next_goal(&mut self, views: u32) -> ScanObjectActionGoal {
+    fn next_goal(&mut self, goal: ScanObjectGoal) -> ScanObjectActionGoal {
         self.goal_count += 1;
         let mut message = ScanObjectActionGoal {
-            goal: ScanObjectGoal { views },
+            goal,
             ..Default::default()
         };
         message.goal_id.id = format!("{}-{}", self.node.name(), self.goal_count);

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use msg::deformable_cobot::ScanObjectGoal;
 use node::Node;
 use scan::answer;
 use scan::bar::Bar;
@@ -21,9 +22,12 @@ use std::process::ExitCode;
     after_help = "Exit code: 0 done, 1 failed, 2 wrong usage."
 )]
 struct Arguments {
-    /// How many views [default: as view_capture is configured]
+    /// How many views, at each of which the wrist rests [default: as view_capture is configured]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     views: Option<u32>,
+    /// Views during one sweep through so many radians, without a rest [default: as view_capture is configured]
+    #[arg(long, value_name = "RAD", conflicts_with = "views")]
+    range: Option<f64>,
     /// Print the answer as one JSON object
     #[arg(long)]
     json: bool,
@@ -45,7 +49,11 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
     };
     let mut client = Client::connect(&node).await?;
     let bar = Bar::default();
-    let end = client.scan(arguments.views.unwrap_or(0), &bar).await;
+    let goal = ScanObjectGoal {
+        views: arguments.views.unwrap_or(0),
+        range: arguments.range.unwrap_or(0.0),
+    };
+    let end = client.scan(goal, &bar).await;
     bar.clear();
     let classification = end?;
     if let (Some(folder), Some(recording)) = (folder, &recording) {

@@ -105,6 +105,19 @@ fn end(scan_id: &str, views: u32) -> View {
 }
 
 #[test]
+fn a_sweep_is_complete_with_the_view_that_says_so() {
+    let mut progress = progress();
+    for (index, count) in [(0, 13), (1, 13), (2, 3)] {
+        let sent = View {
+            count,
+            ..posed("a", index)
+        };
+        let message = progress.on_view(sent).unwrap();
+        assert_eq!((message.count, message.complete), (count, index == 2));
+    }
+}
+
+#[test]
 fn a_scan_that_ends_early_is_complete_with_what_it_has() {
     let mut progress = progress();
     progress.on_view(posed("a", 0)).unwrap();

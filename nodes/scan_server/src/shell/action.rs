@@ -9,7 +9,7 @@ use msg::deformable_cobot::{
 };
 use msg::std_msgs::Header;
 use node::{Clock, Expect, Latch, Node, Publisher, Subscriber};
-use scan_server::{GoalId, GoalServer, GoalState, Scanner, Topics};
+use scan_server::{GoalId, GoalServer, GoalState, Scanner, Topics, Wish};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -40,7 +40,11 @@ impl Action {
             let (server, name, clock) = (Arc::clone(&server), node.name(), node.clock());
             move |message: ScanObjectActionGoal| {
                 let id = completed(message.goal_id, &name, clock.now());
-                server.on_goal(id, message.goal.views);
+                let wish = Wish {
+                    views: message.goal.views,
+                    range_rad: message.goal.range,
+                };
+                server.on_goal(id, wish);
             }
         })?;
         let cancel = node.subscribe("scan_object/cancel", Expect::COMMANDS, {

@@ -6,11 +6,11 @@ mod diagnostics;
 mod stages;
 
 use action::Action;
-use msg::deformable_cobot::{Classification, ScanObject};
+use msg::deformable_cobot::{Classification, ScanObject, ScanObjectReq};
 use msg::robot;
 use msg::sensor_msgs::JointState;
 use node::{Expect, Latch, Node};
-use scan_server::{Parameters, Scanner};
+use scan_server::{Parameters, Scanner, Wish};
 use stages::Graph;
 use std::sync::Arc;
 
@@ -39,9 +39,13 @@ pub async fn serve(node: Node) -> anyhow::Result<()> {
     let action = Action::listen(&node)?;
     let _service = node.serve::<ScanObject>("scan_object", {
         let scanner = Arc::clone(&scanner);
-        move |request, life| {
+        move |ScanObjectReq { views, range }, life| {
             let scanner = Arc::clone(&scanner);
-            async move { Ok(scanner.scan(request.views, &life).await.answer) }
+            let wish = Wish {
+                views,
+                range_rad: range,
+            };
+            async move { Ok(scanner.scan(wish, &life).await.answer) }
         }
     })?;
     tokio::select! {

@@ -5,16 +5,20 @@ use anyhow::{Context, ensure};
 use msg::deformable_cobot::{CaptureViews, CaptureViewsReq, PlanViews, PlanViewsReq, View};
 use msg::sensor_msgs::PointCloud2;
 use msg::view::{end, failed};
-use node::{CallError, Clock, Count, Latch, Life, Node, Publisher};
-use scan_server::{Parameters, Stages};
+use node::{CallError, Clock, Count, Expect, Latch, Life, Node, Publisher, Subscriber};
+use scan_server::{Parameters, Plan, Stages, Wish};
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::sync::broadcast;
 use tokio::time::Instant;
 
 /// How long `plan_views` may take, with a view_capture that has just been started again.
 const PLAN_DEADLINE: Duration = Duration::from_secs(5);
 /// How long a scan waits for somebody to register its views: a node that has just been started again is soon there.
 const LISTENER_PATIENCE: Duration = Duration::from_secs(5);
+
+/// Views of a sweep kept until they are handed on, which takes a millisecond each.
+const CAPTURED_KEPT: usize = 16;
 
 /// The other nodes.
 pub struct Graph {
@@ -26,10 +30,20 @@ pub struct Graph {
     clouds: Publisher<PointCloud2>,
     /// How often `stop_wrist` was called.
     stops: Count,
+    captured: broadcast::Sender<Arc<View>>,
+    _link: Subscriber,
 }
 
 impl Graph {
     pub fn new(node: &Node, parameters: &Parameters) -> anyhow::Result<Self> {
+        let captured = broadcast::Sender::new(CAPTURED_KEPT);
+        let link = node.subscribe("captured", Expect::EVENTS, {
+            let captured = captured.clone();
+            move |view: View| {
+                // Nobody listens between scans.
+                let _ = captured.send(Arc::new(view));
+            }
+        })?;
         Ok(Self {
             node: node.clone(),
             view_deadline: Duration::from_secs_f64(parameters.view_deadline_s),
@@ -38,19 +52,30 @@ impl Graph {
             views: node.publish("views", 16, Latch::Yes)?,
             clouds: node.publish("views/cloud", 4, Latch::Yes)?,
             stops: node.follow_count("wrist_stops")?,
+            captured,
+            _link: link,
         })
     }
 }
 
 impl Stages for Graph {
-    async fn plan(&self, views: u32, life: &Life) -> anyhow::Result<Vec<f64>> {
-        let request = PlanViewsReq { views };
+    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<Plan> {
+        let request = PlanViewsReq {
+            views: wish.views,
+            range: wish.range_rad,
+        };
         let called = self
             .node
             .call::<PlanViews>("plan_views", request, PLAN_DEADLINE, life);
         let planned = called.await.map_err(reason)?;
         ensure!(planned.error.is_empty(), "{}", planned.error);
-        Ok(planned.angles)
+        if planned.range == 0.0 {
+            return Ok(Plan::Rests(planned.angles));
+        }
+        Ok(Plan::Sweep {
+            range_rad: planned.range,
+            count: planned.count,
+        })
     }
 
     fn until_wrist_stopped(&self, life: &Life) -> Life {
@@ -87,6 +112,35 @@ impl Stages for Graph {
             .views
             .pop()
             .context("capture_views gave no view and no reason")
+    }
+
+    async fn sweep(
+        &self,
+        range_rad: f64,
+        count: u32,
+        scan_id: &str,
+        life: &Life,
+    ) -> anyhow::Result<u32> {
+        let request = CaptureViewsReq {
+            range: range_rad,
+            scan_id: scan_id.into(),
+            ..Default::default()
+        };
+        let deadline = self.view_deadline.saturating_mul(count.max(1));
+        let called = self
+            .node
+            .call::<CaptureViews>("capture_views", request, deadline, life);
+        let captured = called.await.map_err(reason)?;
+        ensure!(
+            captured.error.is_empty(),
+            "view_capture: {}",
+            captured.error
+        );
+        Ok(captured.count)
+    }
+
+    fn captured(&self) -> broadcast::Receiver<Arc<View>> {
+        self.captured.subscribe()
     }
 
     fn publish(&self, view: View) {

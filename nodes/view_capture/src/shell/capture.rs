@@ -1,20 +1,22 @@
-//! Views on request: turn, wait for rest, look.
+//! Views on request: turn, wait for rest, look; or look while the wrist turns.
 
 use super::arm_pose::ArmPose;
 use super::clouds::{Clouds, Listening, Shot};
 use super::computers::OtherComputers;
+use super::sweep::Order;
 use super::view::{timing, view_of};
+use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{
     CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
     RotateWristRes, View,
 };
-use node::{CallError, Count, Life, Node, Transforms, Tuned};
+use node::{CallError, Count, Life, Node, Publisher, Transforms, Tuned};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
-use view_capture::{Parameters, PlanError, check, plan};
+use view_capture::{Parameters, Plan, PlanError, check, plan, plan_scan};
 
 /// What a view is made of.
 pub struct Sources {
@@ -24,24 +26,33 @@ pub struct Sources {
     pub computers: OtherComputers,
     /// How often `stop_wrist` was called.
     pub stops: Count,
+    pub wrist: Wrist,
 }
 
 /// Takes views for one caller at a time.
 pub struct Capture {
-    node: Node,
-    parameters: Tuned<Parameters>,
-    sources: Sources,
+    pub(super) node: Node,
+    pub(super) parameters: Tuned<Parameters>,
+    pub(super) sources: Sources,
+    /// Views of a sweep as they come.
+    pub(super) captured: Publisher<View>,
     busy: Mutex<()>,
     /// What the latest view saw.
     last_seen: Mutex<Option<Arc<Shot>>>,
 }
 
 impl Capture {
-    pub fn new(node: &Node, parameters: Tuned<Parameters>, sources: Sources) -> Self {
+    pub fn new(
+        node: &Node,
+        parameters: Tuned<Parameters>,
+        sources: Sources,
+        captured: Publisher<View>,
+    ) -> Self {
         Self {
             node: node.clone(),
             parameters,
             sources,
+            captured,
             busy: Mutex::default(),
             last_seen: Mutex::default(),
         }
@@ -49,9 +60,15 @@ impl Capture {
 
     /// Answers `plan_views`.
     pub fn plan(&self, request: PlanViewsReq) -> PlanViewsRes {
-        match plan(&self.parameters.now(), request.views) {
-            Ok(angles) => PlanViewsRes {
+        match plan_scan(&self.parameters.now(), request.views, request.range) {
+            Ok(Plan::Rests(angles)) => PlanViewsRes {
+                count: angles.len() as u32,
                 angles,
+                ..Default::default()
+            },
+            Ok(Plan::Sweep { range_rad, count }) => PlanViewsRes {
+                range: range_rad,
+                count,
                 ..Default::default()
             },
             Err(error) => PlanViewsRes {
@@ -69,13 +86,19 @@ impl Capture {
             stopped.await;
             "stop_wrist was called".to_owned()
         });
-        let mut views = Vec::new();
-        let taken = self.take_views(&request, &life, &mut views).await;
+        let (mut views, mut count) = (Vec::new(), 0);
+        let taken = self
+            .take_views(&request, &life, &mut views, &mut count)
+            .await;
         let error = taken.map_or_else(|error| format!("{error:#}"), |()| String::new());
         if !error.is_empty() {
             log::warn!("capture_views: {error}");
         }
-        CaptureViewsRes { error, views }
+        CaptureViewsRes {
+            error,
+            views,
+            count,
+        }
     }
 
     async fn take_views(
@@ -83,10 +106,18 @@ impl Capture {
         request: &CaptureViewsReq,
         life: &Life,
         views: &mut Vec<View>,
+        taken_count: &mut u32,
     ) -> anyhow::Result<()> {
         let Ok(_busy) = self.busy.try_lock() else {
             bail!("views are being taken for another caller; call again when that has ended");
         };
+        if request.range != 0.0 {
+            let order = Order {
+                range_rad: request.range,
+                scan_id: &request.scan_id,
+            };
+            return self.sweep(&order, life, views, taken_count).await;
+        }
         let angles_rad = angles(&self.parameters.now(), request)?;
         let listening = self.sources.clouds.listen();
         let count = angles_rad.len();
@@ -98,6 +129,7 @@ impl Capture {
             };
             (view.index, view.count) = (index, count as u32);
             views.push(view);
+            *taken_count += 1;
         }
         Ok(())
     }
@@ -110,11 +142,11 @@ impl Capture {
     ) -> anyhow::Result<View> {
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
-        let turned = self.turn(angle_rad, life).await?;
+        let turned = self.turn(angle_rad, 0.0, life).await?;
         life.during(self.look(&turned, listening)).await
     }
 
-    async fn check_before_motion(&self) -> anyhow::Result<()> {
+    pub(super) async fn check_before_motion(&self) -> anyhow::Result<()> {
         self.sources.computers.check()?;
         if let Some(arm_pose) = &self.sources.arm_pose {
             let checked = arm_pose.check(&self.parameters.now()).await;
@@ -123,12 +155,17 @@ impl Capture {
         Ok(())
     }
 
-    /// Turns the wrist and waits until it is at rest, there or where it was stopped.
-    async fn turn(&self, angle_rad: f64, life: &Life) -> anyhow::Result<RotateWristRes> {
+    /// Turns the wrist at a rate (0: the usual one) and waits until it is at rest, there or where it was stopped.
+    pub(super) async fn turn(
+        &self,
+        angle_rad: f64,
+        rate_rad_s: f64,
+        life: &Life,
+    ) -> anyhow::Result<RotateWristRes> {
         let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
         let request = RotateWristReq {
             angle: angle_rad,
-            ..Default::default()
+            rate: rate_rad_s,
         };
         let call = self
             .node
@@ -145,6 +182,11 @@ impl Capture {
     /// The view of the first image that was taken after the wrist has come to rest.
     async fn look(&self, turned: &RotateWristRes, listening: &Listening) -> anyhow::Result<View> {
         let shot = self.shot_after(turned.at_rest, listening).await?;
+        self.view_from(&shot, turned.angle).await
+    }
+
+    /// The view that a cloud is, with the wrist at an angle.
+    pub(super) async fn view_from(&self, shot: &Arc<Shot>, angle_rad: f64) -> anyhow::Result<View> {
         ensure!(
             shot.cloud.width > 0,
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
@@ -152,13 +194,18 @@ impl Capture {
         );
         let parameters = self.parameters.now();
         let transforms = self.sources.transforms.as_ref();
-        let mut view = view_of(&shot, turned.angle, &parameters, transforms).await?;
-        self.check_alive(&shot).await?;
-        view.timing = timing(&shot, self.node.clock().now());
+        let mut view = view_of(shot, angle_rad, &parameters, transforms).await?;
+        self.check_alive(shot).await?;
+        view.timing = timing(shot, self.node.clock().now());
         Ok(view)
     }
 
-    async fn shot_after(&self, moment: Time, listening: &Listening) -> anyhow::Result<Arc<Shot>> {
+    /// The first cloud whose image is newer than `moment`.
+    pub(super) async fn shot_after(
+        &self,
+        moment: Time,
+        listening: &Listening,
+    ) -> anyhow::Result<Arc<Shot>> {
         let patience = Duration::from_secs_f64(self.parameters.now().frame_deadline_s);
         let mut shots = listening.shots.clone();
         let newer = |shot: &Option<Arc<Shot>>| {
@@ -172,7 +219,7 @@ impl Capture {
         let last = listening.shots.borrow().clone();
         match last {
             Some(last) => bail!(
-                "no cloud on 'points' newer than the wrist's rest came within {patience:.1?} (the \
+                "no cloud on 'points' newer than the wrist's rest, or than the one before, came within {patience:.1?} (the \
                  last one is {:.2} s older); is the camera running, and are the clocks in step?",
                 (moment - last.cloud.header.stamp).seconds()
             ),

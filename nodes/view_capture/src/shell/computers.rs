@@ -26,12 +26,18 @@ pub struct OtherComputers {
 
 impl OtherComputers {
     /// Takes the time of joint states, which is by the robot's clock, and of diagnostics, which is by that of their node.
-    pub fn watch(node: &Node, parameters: &Tuned<Parameters>) -> anyhow::Result<Self> {
+    /// `hand_on` gets the joint states, too.
+    pub fn watch(
+        node: &Node,
+        parameters: &Tuned<Parameters>,
+        hand_on: impl Fn(&JointState) + Send + Sync + 'static,
+    ) -> anyhow::Result<Self> {
         let peers = node.peers();
         let on_joints = {
             let peers = peers.clone();
             move |state: JointState| {
                 peers.note(Source::Topic(JOINT_STATES.into()), state.header.stamp);
+                hand_on(&state);
             }
         };
         let on_diagnostics = {

@@ -5,16 +5,19 @@ mod capture;
 mod clouds;
 mod computers;
 mod passive;
+mod sweep;
 mod view;
+mod wrist;
 
 use arm_pose::ArmPose;
 use capture::{Capture, Sources};
 use clouds::Clouds;
 use computers::OtherComputers;
 use msg::deformable_cobot::{CaptureViews, CaptureViewsRes, PlanViews, PlanViewsRes};
-use node::{Node, Transforms, Tuned};
+use node::{Latch, Node, Transforms, Tuned};
 use std::sync::Arc;
 use view_capture::{Mode, Parameters};
+use wrist::Wrist;
 
 /// Sets the node up and serves until shutdown.
 pub async fn serve(node: Node) -> anyhow::Result<()> {
@@ -38,15 +41,18 @@ async fn serve_active(
         .map(|transforms| ArmPose::listen(&node, transforms))
         .transpose()?;
     let clouds = Clouds::new();
-    let computers = OtherComputers::watch(&node, &parameters)?;
+    let wrist = Wrist::new(parameters.now().side.wrist_joint());
+    let computers = OtherComputers::watch(&node, &parameters, wrist.listener())?;
     let sources = Sources {
         transforms,
         arm_pose,
         clouds: clouds.clone(),
         computers: computers.clone(),
         stops: node.follow_count("wrist_stops")?,
+        wrist,
     };
-    let capture = Arc::new(Capture::new(&node, parameters, sources));
+    let captured = node.publish("captured", 16, Latch::No)?;
+    let capture = Arc::new(Capture::new(&node, parameters, sources, captured));
     let _plan = node.serve::<PlanViews>("plan_views", {
         let capture = Arc::clone(&capture);
         move |request, _| std::future::ready(Ok(capture.plan(request)))

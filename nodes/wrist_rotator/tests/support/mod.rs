@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use baxter::{Side, W2};
 use sim_baxter::{Kinematics, Robot};
-use wrist_rotator::{Ended, Monitor, Motion, Parameters, Step};
+use wrist_rotator::{Ended, Monitor, Motion, Parameters, Step, Turn};
 
 pub const TICK: Duration = Duration::from_millis(10);
 pub const TICK_S: f64 = 0.01;
@@ -73,9 +73,9 @@ impl Bench {
         }
     }
 
-    pub fn start(&self, target_rad: f64) -> Motion {
+    pub fn start(&self, turn: impl Into<Turn>) -> Motion {
         let parameters = Parameters::default();
-        Motion::start(&parameters, self.monitor.snapshot(), target_rad, self.now).unwrap()
+        Motion::start(&parameters, self.monitor.snapshot(), turn, self.now).unwrap()
     }
 
     pub fn obey(&mut self, angles_rad: [f64; 7]) {

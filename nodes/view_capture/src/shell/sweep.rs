@@ -1,0 +1,154 @@
+//! Views while the wrist turns: each is an image whose stamp lies in the motion, with the hand's pose at that stamp.
+
+use std::time::Duration;
+
+use anyhow::{Context, anyhow};
+use msg::deformable_cobot::View;
+use msg::stamp;
+use node::Life;
+use tokio::sync::{oneshot, watch};
+use view_capture::{Spacing, SweepPlan, plan_sweep};
+
+use super::capture::Capture;
+use super::clouds::Listening;
+
+/// Distance from the beginning of a sweep at which the wrist need not go there first, rad.
+const NEAR_RAD: f64 = 0.1;
+
+/// What somebody asks for.
+pub struct Order<'a> {
+    /// How far to turn, rad.
+    pub range_rad: f64,
+    /// Name of the views that come one by one; empty: all are wanted in the end.
+    pub scan_id: &'a str,
+}
+
+impl Capture {
+    /// Turns the wrist through a range and takes views meanwhile. The arm rests when this returns.
+    pub(super) async fn sweep(
+        &self,
+        order: &Order<'_>,
+        life: &Life,
+        views: &mut Vec<View>,
+        count: &mut u32,
+    ) -> anyhow::Result<()> {
+        let listening = self.sources.clouds.listen();
+        let parameters = self.parameters.now();
+        let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
+        let wrist_rad = life.during(self.sources.wrist.angle_now(patience)).await?;
+        let mut plan = plan_sweep(&parameters, order.range_rad, wrist_rad)?;
+        // Nothing is turned where nothing would be seen.
+        life.during(self.check_before_motion()).await?;
+        if (wrist_rad - plan.from_rad).abs() > NEAR_RAD {
+            self.turn(plan.from_rad, 0.0, life).await?;
+        } else {
+            plan.from_rad = wrist_rad;
+        }
+        let mut spacing = Spacing::new(&plan);
+        let taken = self
+            .turn_and_look(&plan, &mut spacing, &listening, life, |view| {
+                self.hand_out(order, view, views);
+            })
+            .await;
+        *count = spacing.taken();
+        let planned = plan.count;
+        taken.with_context(|| format!("sweep, after {count} of {planned} views"))?;
+        if *count < planned {
+            log::info!(
+                "{} of {planned} views were left out: no image came in time",
+                planned - *count
+            );
+        }
+        Ok(())
+    }
+
+    /// Both at once. Where one fails, the other ends.
+    async fn turn_and_look(
+        &self,
+        plan: &SweepPlan,
+        spacing: &mut Spacing,
+        listening: &Listening,
+        life: &Life,
+        hand_out: impl FnMut(View),
+    ) -> anyhow::Result<()> {
+        let (blind, is_blind) = oneshot::channel::<String>();
+        let (stopped, is_stopped) = watch::channel(false);
+        let turn_life = life.and_until(async {
+            match is_blind.await {
+                Ok(reason) => reason,
+                Err(_) => std::future::pending().await,
+            }
+        });
+        let rate_rad_s = self.parameters.now().sweep_rate_rad_s;
+        let turning = async {
+            let turned = self.turn(plan.to_rad, rate_rad_s, &turn_life).await;
+            stopped.send_replace(turned.is_err());
+            turned
+        };
+        let looking = async {
+            let mut is_stopped = is_stopped.clone();
+            let looked = tokio::select! {
+                biased;
+                _ = is_stopped.wait_for(|stopped| *stopped) => Err(None),
+                looked = self.look_during(spacing, listening, hand_out) => looked.map_err(Some),
+            };
+            if let Err(Some(error)) = &looked {
+                // Fails where the turn has ended already.
+                let _ = blind.send(format!("{error:#}"));
+            }
+            looked
+        };
+        let (turned, looked) = tokio::join!(turning, looking);
+        match (turned, looked) {
+            // The turn then ended for want of views.
+            (_, Err(Some(error))) => Err(error),
+            (Err(error), _) => Err(error),
+            (Ok(_), Ok(())) => Ok(()),
+            (Ok(_), Err(None)) => Err(anyhow!("the wrist stopped")),
+        }
+    }
+
+    /// Hands out views from now on until the last one of the sweep.
+    async fn look_during(
+        &self,
+        spacing: &mut Spacing,
+        listening: &Listening,
+        mut hand_out: impl FnMut(View),
+    ) -> anyhow::Result<()> {
+        let patience = Duration::from_secs_f64(self.parameters.now().transform_deadline_s);
+        let mut newest = self.node.clock().now();
+        loop {
+            // While a pose is waited for, images that come are left out but for the newest.
+            let shot = self.shot_after(newest, listening).await?;
+            newest = shot.cloud.header.stamp;
+            let moment = stamp::since_epoch(newest);
+            let angle_rad = self.sources.wrist.angle_at(moment, patience).await?;
+            let Some(place) = spacing.take(angle_rad) else {
+                continue;
+            };
+            let view = self.view_from(&shot, angle_rad).await?;
+            hand_out(View {
+                index: place.index,
+                count: if place.is_last {
+                    place.index + 1
+                } else {
+                    spacing.planned().max(place.index + 2)
+                },
+                ..view
+            });
+            if place.is_last {
+                return Ok(());
+            }
+        }
+    }
+
+    fn hand_out(&self, order: &Order<'_>, view: View, views: &mut Vec<View>) {
+        if order.scan_id.is_empty() {
+            return views.push(view);
+        }
+        self.captured.send(View {
+            scan_id: order.scan_id.into(),
+            ..view
+        });
+    }
+}

@@ -1,0 +1,72 @@
+//! Where the wrist is, and was a short while ago, by the joint states.
+
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use msg::robot;
+use msg::sensor_msgs::JointState;
+use tokio::sync::watch;
+use view_capture::WristTrack;
+
+/// The track of one wrist. Clones share it.
+#[derive(Clone)]
+pub struct Wrist {
+    joint: &'static str,
+    track: watch::Sender<WristTrack>,
+}
+
+impl Wrist {
+    /// Nothing is known of it yet.
+    pub fn new(joint: &'static str) -> Self {
+        Self {
+            joint,
+            track: watch::Sender::new(WristTrack::default()),
+        }
+    }
+
+    /// Takes joint states, of this wrist or of other joints.
+    pub fn listener(&self) -> impl Fn(&JointState) + Send + Sync + use<> {
+        let wrist = self.clone();
+        move |state| {
+            if let Some(sample) = robot::joint_sample(state, wrist.joint) {
+                wrist.track.send_modify(|track| track.note(&sample));
+            }
+        }
+    }
+
+    /// The newest angle, rad; waited for if none has come yet.
+    pub async fn angle_now(&self, patience: Duration) -> anyhow::Result<f64> {
+        let mut track = self.track.subscribe();
+        let known = track.wait_for(|track| track.newest_rad().is_some());
+        let known = tokio::time::timeout(patience, known).await;
+        let angle_rad = known
+            .ok()
+            .and_then(Result::ok)
+            .and_then(|track| track.newest_rad());
+        angle_rad.with_context(|| {
+            format!(
+                "no angle of {} on /robot/joint_states within {patience:.1?}; is the robot running?",
+                self.joint
+            )
+        })
+    }
+
+    /// The angle at a moment of ROS time, rad, waited for until joint states reach it.
+    pub async fn angle_at(&self, moment: Duration, patience: Duration) -> anyhow::Result<f64> {
+        let mut track = self.track.subscribe();
+        let reached = track.wait_for(|track| track.reaches(moment));
+        let Ok(Ok(reached)) = tokio::time::timeout(patience, reached).await else {
+            bail!(
+                "no angle of {} as new as the image came within {patience:.1?}; are joint states still published, and are \
+                 the clocks in step?",
+                self.joint
+            );
+        };
+        reached.at(moment).with_context(|| {
+            format!(
+                "the angles of {} do not go back to the image's stamp; are the clocks in step?",
+                self.joint
+            )
+        })
+    }
+}
