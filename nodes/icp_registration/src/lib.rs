@@ -24,6 +24,7 @@ mod point_to_point;
 mod registrar;
 mod regrasp;
 mod rows;
+mod time_offset;
 mod trust;
 mod visibility;
 
@@ -33,6 +34,7 @@ pub use mount::Displacement;
 pub use parameters::{InitialGuess, Metric, Parameters};
 pub use registrar::{Registrar, register};
 pub use regrasp::{Hidden, Regrasp, RegraspError, regrasp};
+pub use time_offset::{TimeOffset, TimeOffsets};
 pub use trust::Count;
 pub use visibility::{Change, Comparison};
 

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Context;
-use icp_registration::{Parameters, Registrar, ViewEvidence};
+use icp_registration::{Parameters, Registrar, TimeOffsets, ViewEvidence};
 use msg::deformable_cobot::{RegisteredCloud, StageTime, View, ViewRegistration};
 use msg::std_msgs::Header;
 use msg::{Duration, timing};
@@ -12,6 +12,7 @@ use parameter::ParameterError;
 /// The views of one scan so far.
 pub struct Scan {
     registrar: Registrar,
+    offsets: TimeOffsets,
     scan_id: String,
     count: u32,
     error: String,
@@ -33,6 +34,7 @@ impl Scan {
     ) -> Result<Self, ParameterError> {
         Ok(Self {
             registrar: Registrar::new(parameters)?,
+            offsets: TimeOffsets::default(),
             scan_id,
             count,
             error: String::new(),
@@ -80,6 +82,14 @@ impl Scan {
             );
         }
         let evidence = self.registrar.add_view(&decoded.points, hand_from_camera)?;
+        match &hand_from_camera {
+            // A motion that the surfaces leave free may be the one that is looked for.
+            Some(kinematic) if evidence.accepted && evidence.degenerate_directions == 0 => {
+                self.offsets
+                    .note(view.wrist_rate, kinematic, &evidence.transform);
+            }
+            _ => {}
+        }
         if !evidence.accepted {
             log::warn!(
                 "scan {}: view {} refused: {}",
@@ -133,6 +143,7 @@ impl Scan {
             Vec::new()
         };
         let displacement = self.registrar.displacement();
+        let offset = self.offsets.estimate();
         RegisteredCloud {
             header: self.header.clone(),
             scan_id: self.scan_id.clone(),
@@ -145,6 +156,8 @@ impl Scan {
             doubt: self.registrar.doubt().unwrap_or_default(),
             displacement: displacement.map_or(0.0, |hand| hand.sideways_m),
             tilt: displacement.map_or(0.0, |hand| hand.tilt_rad),
+            time_offset: offset.map_or(0.0, |offset| offset.offset_s),
+            time_offset_sigma: offset.map_or(0.0, |offset| offset.sigma_s),
             in_hand_frame: self.registrar.in_hand_frame(),
             views: self.views.clone(),
             coverage: self.registrar.coverage_rad(),

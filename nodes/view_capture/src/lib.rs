@@ -4,6 +4,7 @@
 //! the clouds and find the views in what somebody else makes the robot do (paper, Sec. VI-C 2).
 
 mod moved;
+mod offset;
 mod parameters;
 mod plan;
 mod pose_check;
@@ -12,6 +13,7 @@ mod spacing;
 mod sweep;
 mod wrist_track;
 
+pub use offset::ClockDifference;
 pub use parameters::{Mode, Motion, Parameters};
 pub use plan::{Plan, PlanError, SweepPlan, check, plan, plan_scan, plan_sweep};
 pub use pose_check::{ImagePlane, PoseError, PoseRules};

@@ -71,6 +71,8 @@ pub struct Parameters {
     pub blur_radius_m: f64,
     /// How far it may move during an exposure, m.
     pub blur_max_m: f64,
+    /// Largest difference between the clocks of joint states and images that sweeps have shown, s; beyond it none is made.
+    pub time_offset_max_s: f64,
     /// Smallest wrist angle, rad.
     pub angle_min_rad: f64,
     /// Largest wrist angle, rad.
@@ -122,6 +124,7 @@ impl Default for Parameters {
             exposure_s: 0.033,
             blur_radius_m: 0.045,
             blur_max_m: 0.002,
+            time_offset_max_s: 0.05,
             angle_min_rad: -3.0,
             angle_max_rad: 3.0,
             motion_deadline_s: 15.0,
@@ -169,6 +172,7 @@ impl Parameters {
         in_range("exposure_s", self.exposure_s, 0.0..=1.0, "s")?;
         in_range("blur_radius_m", self.blur_radius_m, 0.0..=1.0, "m")?;
         in_range("blur_max_m", self.blur_max_m, 0.0..=1.0, "m")?;
+        in_range("time_offset_max_s", self.time_offset_max_s, 0.0..=1.0, "s")?;
         in_range("tilt_max_rad", self.tilt_max_rad, 0.0..=3.2, "rad")?;
         let (near_m, far_m) = (self.depth_min_m, self.depth_max_m);
         in_range("depth_max_m", far_m, 0.0..=65.0, "m")?;

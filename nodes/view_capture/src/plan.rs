@@ -311,6 +311,11 @@ mod tests {
         }
     }
 
+    fn is_sweep(parameters: &Parameters, views: u32, range_rad: f64) -> bool {
+        let plan = plan_scan(parameters, views, range_rad).unwrap();
+        matches!(plan, Plan::Sweep { .. })
+    }
+
     #[test]
     fn who_asks_for_views_gets_rests_and_who_asks_for_a_range_a_sweep() {
         let sweeping = Parameters {
@@ -320,12 +325,6 @@ mod tests {
         let stepping = Parameters {
             motion: Motion::Steps,
             ..Default::default()
-        };
-        let is_sweep = |parameters, views, range_rad| {
-            matches!(
-                plan_scan(parameters, views, range_rad).unwrap(),
-                Plan::Sweep { .. }
-            )
         };
         assert!(is_sweep(&sweeping, 0, 0.0) && is_sweep(&stepping, 0, 1.0));
         assert!(!is_sweep(&sweeping, 3, 0.0) && !is_sweep(&stepping, 0, 0.0));

@@ -9,6 +9,8 @@ use baxter::JointSample;
 const REMEMBERED: Duration = Duration::from_secs(3);
 /// Joint states at most, whatever their rate.
 const SAMPLES_MAX: usize = 4000;
+/// Over how much time a rate is measured: several joint states.
+const RATE_WINDOW: Duration = Duration::from_millis(40);
 /// A stamp so far before the newest one belongs to another past.
 const JUMP: Duration = Duration::from_secs(1);
 
@@ -36,6 +38,16 @@ impl WristTrack {
         while self.samples.len() > SAMPLES_MAX || self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }
+    }
+
+    /// The rate up to a moment, over some 40 ms, rad/s; 0 where too little is known.
+    pub fn rate_at(&self, moment: Duration) -> f64 {
+        let rate = || {
+            let since = moment.checked_sub(RATE_WINDOW)?;
+            let turned_rad = self.at(moment)? - self.at(since)?;
+            Some(turned_rad / RATE_WINDOW.as_secs_f64())
+        };
+        rate().unwrap_or(0.0)
     }
 
     /// The newest angle, rad.
@@ -89,8 +101,11 @@ mod tests {
         assert_eq!(at(&track, 1000), Some(0.0));
         assert!(at(&track, 1020).is_some_and(|angle_rad| (angle_rad - 0.03).abs() < 1e-12));
         assert_eq!((at(&track, 999), at(&track, 1031)), (None, None));
+        assert!((track.rate_at(Duration::from_millis(1030)) - 0.0).abs() < 1e-12);
+        track.note(&sample(1040, 0.07));
+        assert!((track.rate_at(Duration::from_millis(1040)) - 1.75).abs() < 1e-9);
         assert!(track.reaches(Duration::from_millis(1030)));
-        assert!(!track.reaches(Duration::from_millis(1031)));
+        assert!(!track.reaches(Duration::from_millis(1041)));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use classifier::{Model, Provider};
 use cloud::Tree;
-use icp_registration::{Parameters, Registrar};
+use icp_registration::{Parameters, Registrar, TimeOffset, TimeOffsets};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, UnitSphere};
@@ -48,6 +48,7 @@ struct Seen {
     turned_deg: f64,
     shifted_mm: f64,
     refused: f64,
+    offset: Option<TimeOffset>,
 }
 
 /// What is the same for both scans of an object.
@@ -162,6 +163,7 @@ impl Bench {
         let views = capture_shots(&self.setup, shots, &mut random).unwrap();
         let mut registrar = Registrar::new(Parameters::default()).unwrap();
         let mut seen = Seen::default();
+        let mut offsets = TimeOffsets::default();
         let mut hand_from_registered = None;
         let mut poses = 0.0;
         for (
@@ -174,6 +176,10 @@ impl Bench {
         {
             let believed = self.joint_error(shot.wrist_rad) * believed_hand_from_camera;
             let evidence = registrar.add_view(&points, Some(believed)).unwrap();
+            if evidence.accepted && evidence.degenerate_directions == 0 {
+                let rate_rad_s = shot.turn_rad / EXPOSURE_S;
+                offsets.note(rate_rad_s, &believed, &evidence.transform);
+            }
             let hand_from_camera = self.setup.camera_from_hand(shot.wrist_rad).inverse();
             let Some(hand_from_registered) = hand_from_registered else {
                 // The first view makes the frame.
@@ -190,6 +196,7 @@ impl Bench {
             seen.shifted_mm += 1e3 * (off * middle - middle).norm();
             poses += 1.0;
         }
+        seen.offset = offsets.estimate();
         seen.turned_deg /= f64::max(poses, 1.0);
         seen.shifted_mm /= f64::max(poses, 1.0);
         seen.rms_mm = self.rms_mm(&registrar.cloud(), &hand_from_registered.unwrap());
@@ -233,6 +240,7 @@ fn compare(range_rad: f64) {
     let scans: usize = std::env::var("SCANS").map_or(8, |text| text.parse().unwrap());
     let mut model = Model::load(Path::new(MODEL), Provider::Cpu, "CPU").unwrap();
     let mut pairs = vec![];
+    let mut offsets = vec![];
     let mut views = [0, 0];
     for seed in (FIRST_SEED..).take(scans) {
         let bench = Bench::new(seed, range_rad);
@@ -242,12 +250,33 @@ fn compare(range_rad: f64) {
         if pair[0].right != pair[1].right {
             println!("seed {seed}, {}: {pair:?}", bench.class.name());
         }
+        assert!(pair[1].offset.is_none(), "views at rest tell no offset");
+        offsets.extend(pair[0].offset.map(|found| {
+            // Images were taken earlier than their stamps say, where joints are ahead.
+            (found.offset_s + bench.offset_s, found.sigma_s)
+        }));
         pairs.push(pair);
     }
     println!(
         "{scans} scans from seed {FIRST_SEED} through {range_rad:.2} rad: {} views in a sweep, {} at rest",
         views[0], views[1]
     );
+    let errors_ms: Vec<f64> = offsets
+        .iter()
+        .map(|(error_s, _)| 1e3 * error_s.abs())
+        .collect();
+    let within = offsets
+        .iter()
+        .filter(|(error_s, sigma_s)| error_s.abs() <= 2.0 * sigma_s);
+    let within = within.count();
+    if errors_ms.len() > 1 {
+        println!(
+            "time offset told by {} sweeps, off by {:.1} ms in the mean (none told: {:.1}), within 2 sigma in {within}",
+            errors_ms.len(),
+            mean(&errors_ms).0,
+            1e3 * OFFSET_S / 2.0
+        );
+    }
     // Whether more is better.
     let figures: [(&str, fn(&Seen) -> f64, f64); 6] = [
         ("right", |seen| seen.right, 1.0),

@@ -4,6 +4,7 @@ use super::arm_pose::ArmPose;
 use super::clouds::{Clouds, Listening, Shot};
 use super::computers::OtherComputers;
 use super::sweep::Order;
+use super::time_offset::TimeOffset;
 use super::view::{timing, view_of};
 use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
@@ -27,6 +28,7 @@ pub struct Sources {
     /// How often `stop_wrist` was called.
     pub stops: Count,
     pub wrist: Wrist,
+    pub offset: TimeOffset,
 }
 
 /// Takes views for one caller at a time.
@@ -182,11 +184,17 @@ impl Capture {
     /// The view of the first image that was taken after the wrist has come to rest.
     async fn look(&self, turned: &RotateWristRes, listening: &Listening) -> anyhow::Result<View> {
         let shot = self.shot_after(turned.at_rest, listening).await?;
-        self.view_from(&shot, turned.angle).await
+        let moment = shot.cloud.header.stamp;
+        self.view_from(&shot, moment, turned.angle).await
     }
 
-    /// The view that a cloud is, with the wrist at an angle.
-    pub(super) async fn view_from(&self, shot: &Arc<Shot>, angle_rad: f64) -> anyhow::Result<View> {
+    /// The view that a cloud is, with the wrist at an angle, and the hand where it was at a moment by the robot's clock.
+    pub(super) async fn view_from(
+        &self,
+        shot: &Arc<Shot>,
+        moment: Time,
+        angle_rad: f64,
+    ) -> anyhow::Result<View> {
         ensure!(
             shot.cloud.width > 0,
             "the camera sees nothing within the depth limits; is the hand in front of it, and do \
@@ -194,7 +202,7 @@ impl Capture {
         );
         let parameters = self.parameters.now();
         let transforms = self.sources.transforms.as_ref();
-        let mut view = view_of(shot, angle_rad, &parameters, transforms).await?;
+        let mut view = view_of(shot, moment, angle_rad, &parameters, transforms).await?;
         self.check_alive(shot).await?;
         view.timing = timing(shot, self.node.clock().now());
         Ok(view)

@@ -6,6 +6,7 @@ mod clouds;
 mod computers;
 mod passive;
 mod sweep;
+mod time_offset;
 mod view;
 mod wrist;
 
@@ -16,6 +17,7 @@ use computers::OtherComputers;
 use msg::deformable_cobot::{CaptureViews, CaptureViewsRes, PlanViews, PlanViewsRes};
 use node::{Latch, Node, Transforms, Tuned};
 use std::sync::Arc;
+use time_offset::TimeOffset;
 use view_capture::{Mode, Parameters};
 use wrist::Wrist;
 
@@ -42,6 +44,7 @@ async fn serve_active(
         .transpose()?;
     let clouds = Clouds::new();
     let wrist = Wrist::new(parameters.now().side.wrist_joint());
+    let (offset, _registered) = TimeOffset::learn(&node, &parameters)?;
     let computers = OtherComputers::watch(&node, &parameters, wrist.listener())?;
     let sources = Sources {
         transforms,
@@ -50,6 +53,7 @@ async fn serve_active(
         computers: computers.clone(),
         stops: node.follow_count("wrist_stops")?,
         wrist,
+        offset,
     };
     let captured = node.publish("captured", 16, Latch::No)?;
     let capture = Arc::new(Capture::new(&node, parameters, sources, captured));

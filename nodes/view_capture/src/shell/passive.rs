@@ -116,7 +116,16 @@ impl Scans {
         let parameters = self.parameters.now();
         self.sweep.set_rules(parameters.sweep_rules());
         let (shot, angle_rad) = (&rested.cloud, rested.angle_rad);
-        match view_of(shot, angle_rad, &parameters, self.transforms.as_ref()).await {
+        let moment = shot.cloud.header.stamp;
+        match view_of(
+            shot,
+            moment,
+            angle_rad,
+            &parameters,
+            self.transforms.as_ref(),
+        )
+        .await
+        {
             Ok(mut view) => {
                 view.timing = timing(shot, self.clock.now());
                 let views = self.sweep.add(RestView {

@@ -37,6 +37,7 @@ impl Capture {
         let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
         let wrist_rad = life.during(self.sources.wrist.angle_now(patience)).await?;
         let mut plan = plan_sweep(&parameters, order.range_rad, wrist_rad)?;
+        self.sources.offset.check()?;
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
         if (wrist_rad - plan.from_rad).abs() > NEAR_RAD {
@@ -121,13 +122,18 @@ impl Capture {
             // While a pose is waited for, images that come are left out but for the newest.
             let shot = self.shot_after(newest, listening).await?;
             newest = shot.cloud.header.stamp;
-            let moment = stamp::since_epoch(newest);
-            let angle_rad = self.sources.wrist.angle_at(moment, patience).await?;
+            let moment = self.sources.offset.moment_of(newest);
+            let state = self
+                .sources
+                .wrist
+                .state_at(stamp::since_epoch(moment), patience);
+            let (angle_rad, wrist_rate) = state.await?;
             let Some(place) = spacing.take(angle_rad) else {
                 continue;
             };
-            let view = self.view_from(&shot, angle_rad).await?;
+            let view = self.view_from(&shot, moment, angle_rad).await?;
             hand_out(View {
+                wrist_rate,
                 index: place.index,
                 count: if place.is_last {
                     place.index + 1

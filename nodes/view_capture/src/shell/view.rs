@@ -8,12 +8,13 @@ use node::Transforms;
 use std::time::Duration;
 use view_capture::Parameters;
 
-/// The view of a cloud, with the hand's pose at its stamp where TF is used. It has neither scan id nor index.
+/// The view of a cloud, with the hand's pose at a moment (that of the stamp, by the robot's clock) where TF is used. It has neither scan id nor index.
 ///
 /// # Errors
 /// TF does not reach the stamp within the configured time.
 pub async fn view_of(
     shot: &Shot,
+    moment: Time,
     angle_rad: f64,
     parameters: &Parameters,
     transforms: Option<&Transforms>,
@@ -30,7 +31,7 @@ pub async fn view_of(
         let hand_frame = parameters.side.hand_frame();
         let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
         let hand_from_camera = transforms
-            .wait(hand_frame, &header.frame_id, header.stamp, patience)
+            .wait(hand_frame, &header.frame_id, moment, patience)
             .await?;
         view.has_pose = true;
         view.hand_frame = hand_frame.into();

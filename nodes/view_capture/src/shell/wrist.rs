@@ -51,8 +51,12 @@ impl Wrist {
         })
     }
 
-    /// The angle at a moment of ROS time, rad, waited for until joint states reach it.
-    pub async fn angle_at(&self, moment: Duration, patience: Duration) -> anyhow::Result<f64> {
+    /// Angle and rate at a moment of ROS time, rad and rad/s, waited for until joint states reach it.
+    pub async fn state_at(
+        &self,
+        moment: Duration,
+        patience: Duration,
+    ) -> anyhow::Result<(f64, f64)> {
         let mut track = self.track.subscribe();
         let reached = track.wait_for(|track| track.reaches(moment));
         let Ok(Ok(reached)) = tokio::time::timeout(patience, reached).await else {
@@ -62,7 +66,9 @@ impl Wrist {
                 self.joint
             );
         };
-        reached.at(moment).with_context(|| {
+        let angle_rad = reached.at(moment);
+        let state = angle_rad.map(|angle_rad| (angle_rad, reached.rate_at(moment)));
+        state.with_context(|| {
             format!(
                 "the angles of {} do not go back to the image's stamp; are the clocks in step?",
                 self.joint
