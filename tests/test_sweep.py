@@ -166,3 +166,41 @@ def test_capture_views_gives_the_views_of_a_sweep_in_its_answer(sim):
     assert response.count == len(response.views) >= 8
     assert all(view.scan_id == '' and view.has_pose for view in response.views)
     assert response.views[-1].count == response.count
+
+
+def offset_ms(graph, sweeps):
+    """What diagnostics say of the clocks after some sweeps: the offset and its uncertainty, ms."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    diagnostics = Listener('/diagnostics', DiagnosticArray)
+    for _ in range(sweeps):
+        response = sweep(graph)
+        assert response.error == '', response.error
+    told = []
+
+    def tells(message):
+        told.extend(status.message for status in message.status if status.name == 'view_capture: time offset')
+        return bool(told)
+
+    diagnostics.all()
+    diagnostics.next(accept=tells)
+    words = told[-1].split()
+    return float(words[3]), float(words[5]), told[-1]
+
+
+@pytest.mark.parametrize('late_s', [0.02, -0.02])
+def test_a_difference_of_the_clocks_is_found_and_kept_for_the_next_sweep(sim, late_s):
+    """The fingers show how far the hand was turned, whatever it holds."""
+    graph = sim(sim_camera={'stamp_offset_s': late_s})
+    found_ms, sigma_ms, text = offset_ms(graph, sweeps=4)
+    print(text)
+    # Stamps that are late are of images that were taken before.
+    assert found_ms == pytest.approx(-1000 * late_s, abs=8), text
+    assert 0 < sigma_ms < 8, text
+
+
+def test_clocks_that_differ_too_much_are_refused_by_name(sim):
+    graph = sim(sim_camera={'stamp_offset_s': -0.04}, view_capture={'time_offset_max_s': 0.01})
+    _, _, text = offset_ms(graph, sweeps=2)
+    error = sweep(graph).error
+    assert 'time_offset_max_s' in error and 'clocks' in error, (text, error)
+    assert graph.scan(views=3).error == '', 'views at rest need no such clocks'

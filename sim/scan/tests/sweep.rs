@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use classifier::{Model, Provider};
+use classifier::{Answer, Model, Provider};
 use cloud::Tree;
 use icp_registration::{Parameters, Registrar, TimeOffset, TimeOffsets};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -38,6 +38,8 @@ const STEP_RAD: f64 = 0.6;
 const SPACING_RAD: f64 = 0.1;
 /// Points of the true surface: less than half a millimetre apart.
 const SURFACE_POINTS: usize = 200_000;
+/// Probabilities at which a scan might end early.
+const SURE: [f64; 3] = [0.9, 0.95, 0.99];
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
@@ -49,6 +51,15 @@ struct Seen {
     shifted_mm: f64,
     refused: f64,
     offset: Option<TimeOffset>,
+    /// For each of [`SURE`]: the turn until the first answer that was so sure, rad, and whether all views changed it, or it was wrong.
+    early: [Option<Early>; SURE.len()],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Early {
+    turned_rad: f64,
+    changed: bool,
+    wrong: bool,
 }
 
 /// What is the same for both scans of an object.
@@ -166,6 +177,7 @@ impl Bench {
         let mut offsets = TimeOffsets::default();
         let mut hand_from_registered = None;
         let mut poses = 0.0;
+        let mut answers = vec![];
         for (
             shot,
             View {
@@ -176,6 +188,8 @@ impl Bench {
         {
             let believed = self.joint_error(shot.wrist_rad) * believed_hand_from_camera;
             let evidence = registrar.add_view(&points, Some(believed)).unwrap();
+            let answer = self.answer(&registrar, model);
+            answers.push(((shot.believed_rad - self.from_rad).abs(), answer));
             if evidence.accepted && evidence.degenerate_directions == 0 {
                 let rate_rad_s = shot.turn_rad / EXPOSURE_S;
                 offsets.note(rate_rad_s, &believed, &evidence.transform);
@@ -200,15 +214,31 @@ impl Bench {
         seen.turned_deg /= f64::max(poses, 1.0);
         seen.shifted_mm /= f64::max(poses, 1.0);
         seen.rms_mm = self.rms_mm(&registrar.cloud(), &hand_from_registered.unwrap());
-        let is_trusted = registrar.doubt().is_none();
+        let (_, last) = answers.last().unwrap();
+        let is_right = |answer: &Answer| answer.label == self.class.name();
+        seen.right = f64::from(is_right(last));
+        seen.harmful = f64::from(!is_right(last) && last.known);
+        for (early, sure) in seen.early.iter_mut().zip(SURE) {
+            let first = answers
+                .iter()
+                .find(|(_, answer)| answer.known && answer.probability >= sure);
+            *early = first.map(|(turned_rad, answer)| Early {
+                turned_rad: *turned_rad,
+                changed: answer.label != last.label,
+                wrong: !is_right(answer),
+            });
+        }
+        seen
+    }
+
+    /// The answer to the views so far; known only where the scan is to be trusted, as in the graph.
+    fn answer(&self, registrar: &Registrar, model: &mut Model) -> Answer {
         let cropper = Cropper::new(self.setup.crop.clone()).unwrap();
         let frame = Frame::Hand { opening_m: None };
         let object = cropper.crop(&registrar.cloud(), frame).unwrap();
-        let answer = model.classify(&object.points, &object.up).unwrap();
-        let is_right = answer.label == self.class.name();
-        seen.right = f64::from(is_right);
-        seen.harmful = f64::from(!is_right && answer.known && is_trusted);
-        seen
+        let mut answer = model.classify(&object.points, &object.up).unwrap();
+        answer.known &= registrar.doubt().is_none();
+        answer
     }
 
     /// From the registered points on the object to the true surface.
@@ -275,6 +305,21 @@ fn compare(range_rad: f64) {
             errors_ms.len(),
             mean(&errors_ms).0,
             1e3 * OFFSET_S / 2.0
+        );
+    }
+    for (index, sure) in SURE.iter().enumerate() {
+        let early: Vec<Early> = pairs
+            .iter()
+            .filter_map(|pair| pair[0].early[index])
+            .collect();
+        let count = |of: fn(&Early) -> bool| early.iter().filter(|early| of(early)).count();
+        let turned_rad =
+            early.iter().map(|early| early.turned_rad).sum::<f64>() / early.len().max(1) as f64;
+        println!(
+            "sure at {sure}: {} of {scans} sweeps, after {turned_rad:.2} rad in the mean; {} of these answers changed by the end, {} wrong",
+            early.len(),
+            count(|early| early.changed),
+            count(|early| early.wrong)
         );
     }
     // Whether more is better.
