@@ -23,14 +23,6 @@ impl Answers {
         }
     }
 
-    /// The next answer to this scan. Nothing is lost where this is not waited for to the end.
-    pub async fn next(&mut self) -> &Classification {
-        let before = self.newest.take();
-        self.until(|_| true).await;
-        let next = self.newest.take().or(before);
-        self.newest.insert(next.unwrap_or_default())
-    }
-
     /// The newest answer, waited for until it is about this many views or ends the scan; `None` if none came in time.
     pub async fn about(&mut self, view_count: u32, patience: Duration) -> Option<&Classification> {
         let wanted = |answer: &Classification| answer.complete || answer.view_count >= view_count;
@@ -44,14 +36,21 @@ impl Answers {
         self.newest.as_ref().filter(|answer| answer.complete)
     }
 
-    async fn until(&mut self, wanted: impl Fn(&Classification) -> bool) {
-        while !self.newest.as_ref().is_some_and(&wanted) {
+    /// The next answer to this scan. Given up before it has come, it loses none.
+    pub async fn next(&mut self) -> &Classification {
+        loop {
             match self.heard.recv().await {
-                Ok(answer) if answer.scan_id == self.scan_id => self.newest = Some(answer),
+                Ok(answer) if answer.scan_id == self.scan_id => return self.newest.insert(answer),
                 Ok(_) | Err(RecvError::Lagged(_)) => {}
                 // The sender lives as long as the scanner; the deadline ends the wait.
                 Err(RecvError::Closed) => pending().await,
             }
+        }
+    }
+
+    async fn until(&mut self, wanted: impl Fn(&Classification) -> bool) {
+        while !self.newest.as_ref().is_some_and(&wanted) {
+            self.next().await;
         }
     }
 }
@@ -87,6 +86,17 @@ mod tests {
         all.send(answer("b", 2, true)).unwrap();
         let last = answers.last(Duration::from_secs(5)).await.unwrap();
         assert_eq!((last.view_count, last.complete), (2, true));
+    }
+
+    #[tokio::test]
+    async fn a_wait_that_is_given_up_loses_no_answer() {
+        let all = Sender::new(16);
+        let mut answers = Answers::new(&all, "a");
+        all.send(answer("a", 1, true)).unwrap();
+        assert_eq!(answers.next().await.view_count, 1);
+        let given_up = tokio::time::timeout(Duration::ZERO, answers.next()).await;
+        assert!(given_up.is_err());
+        assert!(answers.last(Duration::ZERO).await.is_some());
     }
 
     #[tokio::test]

@@ -6,18 +6,22 @@
 mod moved;
 mod offset;
 mod parameters;
+mod passage;
 mod plan;
 mod pose_check;
 mod rests;
 mod spacing;
 mod sweep;
+mod sweep_plan;
 mod wrist_track;
 
 pub use offset::ClockDifference;
 pub use parameters::{Mode, Motion, Parameters};
-pub use plan::{Plan, PlanError, SweepPlan, check, plan, plan_scan, plan_sweep};
+pub use passage::{PassageRules, PassageView, Passages};
+pub use plan::{Plan, PlanError, check, plan, plan_scan};
 pub use pose_check::{ImagePlane, PoseError, PoseRules};
 pub use rests::{RestRules, RestView, Rests};
 pub use spacing::{Place, Spacing};
 pub use sweep::{ScanView, Sweep, SweepRules};
+pub use sweep_plan::{SweepPlan, plan_sweep};
 pub use wrist_track::WristTrack;

@@ -1,6 +1,7 @@
 //! Parameters of the node.
 
 use crate::moved::MovedToScanServer;
+use crate::passage::PassageRules;
 use crate::pose_check::PoseRules;
 use crate::rests::RestRules;
 use crate::sweep::SweepRules;
@@ -8,6 +9,9 @@ use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side};
 use parameter::{DEPTH_RANGE_M, ParameterError, Tunable, in_range, tunables};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
+
+/// Share of `sweep_range_rad` that makes a turn a sweep in passive mode: the ends of a motion are slow, and no views.
+const SWEEP_SHARE_MIN: f64 = 0.75;
 
 /// Who turns the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,7 +61,8 @@ pub struct Parameters {
     pub centre_angle_rad: f64,
     /// Wrist turn between views, rad; smaller where the range is not enough.
     pub view_step_rad: f64,
-    /// How a scan turns the wrist where its caller asks for neither views nor a range: sweep or steps.
+    /// How a scan turns the wrist where its caller asks for neither views nor a range: sweep or steps. In passive mode, how it
+    /// is turned.
     pub motion: Motion,
     /// How far a sweep turns, rad.
     pub sweep_range_rad: f64,
@@ -227,6 +232,14 @@ impl Parameters {
             rest_velocity_rad_s: self.rest_velocity_rad_s,
             dwell: Duration::from_secs_f64(self.rest_dwell_s),
             separation_rad: self.separation_rad,
+        }
+    }
+
+    /// What makes a scan in passive mode by sweeps.
+    pub fn passage_rules(&self) -> PassageRules {
+        PassageRules {
+            range_min_rad: SWEEP_SHARE_MIN * self.sweep_range_rad,
+            spacing_rad: self.view_spacing_rad,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Which images of a sweep become views.
 
-use crate::plan::SweepPlan;
+use crate::sweep_plan::SweepPlan;
 
 /// Distance from the end of a sweep at which its last view is taken, rad: the wrist slows down there, and comes to rest some
 /// 0.1 s later.

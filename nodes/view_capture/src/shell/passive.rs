@@ -2,6 +2,7 @@
 
 use super::clouds::Shot;
 use super::view::{timing, view_of};
+use baxter::JointSample;
 use msg::deformable_cobot::View;
 use msg::sensor_msgs::{JointState, PointCloud2};
 use msg::view::{failed, new_scan_id};
@@ -9,7 +10,7 @@ use msg::{robot, stamp};
 use node::{Clock, Expect, Latch, Node, Publisher, Transforms, Tuned};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
-use view_capture::{Parameters, RestView, Rests, ScanView, Sweep};
+use view_capture::{Motion, Parameters, PassageView, Passages, RestView, Rests, ScanView, Sweep};
 
 /// Joint states kept while a cloud is looked at: in passive mode each counts, not only the newest.
 const JOINT_STATES: Expect = Expect {
@@ -17,8 +18,12 @@ const JOINT_STATES: Expect = Expect {
     ..Expect::STATE
 };
 
+/// Views kept for a slow subscriber: those of a sweep come all at once, at its end.
+const VIEWS_KEPT: usize = 64;
+
 enum Event {
     Rested(RestView<Arc<Shot>>),
+    Swept(Vec<PassageView<Arc<Shot>>>),
     /// ROS time was set.
     Jumped,
 }
@@ -30,38 +35,44 @@ pub async fn watch(
     transforms: Option<Transforms>,
 ) -> anyhow::Result<()> {
     let mut scans = Scans::new(node, parameters.clone(), transforms)?;
-    let rests = Arc::new(Mutex::new(Rests::new(parameters.now().rest_rules())));
+    let motion = parameters.now().motion;
+    let watched = Arc::new(Mutex::new(Watched {
+        motion,
+        rests: Rests::new(parameters.now().rest_rules()),
+        passages: Passages::new(parameters.now().passage_rules()),
+    }));
     let (events, mut heard) = mpsc::unbounded_channel();
     let hand_on = {
         let events = events.clone();
-        move |view: Option<RestView<Arc<Shot>>>| {
-            if let Some(view) = view {
+        move |event: Option<Event>| {
+            if let Some(event) = event {
                 // Fails only while the node shuts down, as below.
-                let _ = events.send(Event::Rested(view));
+                let _ = events.send(event);
             }
         }
     };
     let _points = node.subscribe("points", Expect::STATE, {
-        let (rests, clock, hand_on) = (Arc::clone(&rests), node.clock(), hand_on.clone());
+        let (watched, clock, hand_on) = (Arc::clone(&watched), node.clock(), hand_on.clone());
         move |cloud: PointCloud2| {
-            let stamp = stamp::since_epoch(cloud.header.stamp);
             let arrived = clock.now();
-            hand_on(lock(&rests).on_cloud(stamp, Arc::new(Shot { cloud, arrived })));
+            hand_on(lock(&watched).on_cloud(Arc::new(Shot { cloud, arrived })));
         }
     })?;
     let _joints = node.subscribe("/robot/joint_states", JOINT_STATES, {
-        let rests = Arc::clone(&rests);
+        let (watched, parameters) = (Arc::clone(&watched), parameters.clone());
         let joint = parameters.now().side.wrist_joint();
         move |state: JointState| {
             // Most messages on the topic are about other joints.
             let sample = robot::joint_sample(&state, joint);
             if let Some(sample) = sample.filter(|sample| sample.angle_rad.is_finite()) {
-                hand_on(lock(&rests).on_joint(sample));
+                let mut watched = lock(&watched);
+                watched.passages.set_rules(parameters.now().passage_rules());
+                hand_on(watched.on_joint(sample));
             }
         }
     })?;
     node.clock().on_jump(move || {
-        lock(&rests).reset();
+        lock(&watched).reset();
         let _ = events.send(Event::Jumped);
     });
     loop {
@@ -71,12 +82,42 @@ pub async fn watch(
         };
         match event {
             Event::Rested(view) => scans.add(view).await,
+            Event::Swept(views) => scans.add_sweep(views).await,
             Event::Jumped => scans.forget(),
         }
     }
 }
 
-/// Makes scans of what was seen at rest, and publishes them.
+/// What the joint states and clouds show so far.
+struct Watched {
+    motion: Motion,
+    rests: Rests<Arc<Shot>>,
+    passages: Passages<Arc<Shot>>,
+}
+
+impl Watched {
+    fn on_cloud(&mut self, shot: Arc<Shot>) -> Option<Event> {
+        let stamp = stamp::since_epoch(shot.cloud.header.stamp);
+        match self.motion {
+            Motion::Steps => self.rests.on_cloud(stamp, shot).map(Event::Rested),
+            Motion::Sweep => self.passages.on_cloud(stamp, shot).map(Event::Swept),
+        }
+    }
+
+    fn on_joint(&mut self, sample: JointSample) -> Option<Event> {
+        match self.motion {
+            Motion::Steps => self.rests.on_joint(sample).map(Event::Rested),
+            Motion::Sweep => self.passages.on_joint(&sample).map(Event::Swept),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.rests.reset();
+        self.passages.reset();
+    }
+}
+
+/// Makes scans of what was seen, and publishes them.
 struct Scans {
     parameters: Tuned<Parameters>,
     transforms: Option<Transforms>,
@@ -105,7 +146,7 @@ impl Scans {
             parameters,
             transforms,
             clock: node.clock(),
-            views: node.publish("views", 16, Latch::Yes)?,
+            views: node.publish("views", VIEWS_KEPT, Latch::Yes)?,
             clouds: node.publish("views/cloud", 4, Latch::Yes)?,
             unfinished: None,
         })
@@ -142,6 +183,34 @@ impl Scans {
         }
     }
 
+    /// Publishes the views of a sweep, which has ended.
+    async fn add_sweep(&mut self, swept: Vec<PassageView<Arc<Shot>>>) {
+        let parameters = self.parameters.now();
+        let (scan_id, count) = (new_scan_id(), swept.len() as u32);
+        log::info!("scan {scan_id}: {count} views of a sweep");
+        for (index, seen) in (0..).zip(swept) {
+            let (shot, angle_rad) = (&seen.cloud, seen.angle_rad);
+            let moment = shot.cloud.header.stamp;
+            let transforms = self.transforms.as_ref();
+            match view_of(shot, moment, angle_rad, &parameters, transforms).await {
+                Ok(view) => self.send(View {
+                    scan_id: scan_id.clone(),
+                    index,
+                    count,
+                    wrist_rate: seen.rate_rad_s,
+                    timing: timing(shot, self.clock.now()),
+                    ..view
+                }),
+                Err(error) => {
+                    log::error!("scan {scan_id}: {error:#}");
+                    let error = format!("view_capture: the view at {angle_rad:.2} rad: {error:#}");
+                    self.views.send(failed(&scan_id, error, self.clock.now()));
+                    return;
+                }
+            }
+        }
+    }
+
     fn publish(&mut self, found: ScanView<Arc<View>>) {
         if let Some(scan) = &self.unfinished
             && scan.number != found.scan
@@ -169,6 +238,10 @@ impl Scans {
         if scan.view_count == count {
             self.unfinished = None;
         }
+        self.send(view);
+    }
+
+    fn send(&self, view: View) {
         if self.clouds.is_subscribed() {
             self.clouds.send(view.cloud.clone());
         }
