@@ -1,10 +1,13 @@
 """The ROS package as its users meet it: found, listed, shown and installed by ROS's own tools."""
 
 import json
+import os
 import re
 import subprocess
 
 import pytest
+
+from processes import wait_until
 
 # The sums of Rethink's own package (firmware 1.2.0), and below of the ReFlex hand's.
 BAXTER_SUMS = {
@@ -128,3 +131,20 @@ def test_launch_files_explain_their_arguments(shell):
         printed = shell(f'roslaunch deformable_cobot {file} --ros-args')
         undocumented = re.findall(r'^  \w+(?: \(default ".*"\))?$', printed, flags=re.MULTILINE)
         assert undocumented == [], printed
+
+
+@pytest.mark.built
+def test_a_node_goes_on_where_nobody_reads_what_it_prints(core, checkout, executable):
+    """As in `roslaunch … 2>&1 | head -1`: the classifier says which model it knows before it offers its service."""
+    read, write = os.pipe()
+    os.close(read)
+    node = subprocess.Popen([executable('classifier'), f'_model:={checkout}/config/model.onnx'],
+                            env=core.environment, stdin=subprocess.DEVNULL, stdout=write, stderr=write, start_new_session=True)
+    os.close(write)
+    try:
+        import rosservice
+        wait_until(lambda: node.poll() is not None or '/classify_cloud' in rosservice.get_service_list(), 30, 'its service')
+        assert node.poll() is None, f'it ended with {node.returncode}'
+    finally:
+        node.kill()
+        node.wait()

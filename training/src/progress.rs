@@ -50,11 +50,9 @@ pub fn show(bar: &ProgressBar, stage: Stage) {
         }
         Stage::Trained(Event::Resumed { epochs, steps }) => {
             bar.set_position(steps as u64);
-            bar.suspend(|| eprintln!("going on after epoch {epochs}"));
+            bar.suspend(|| program::note(format_args!("going on after epoch {epochs}")));
         }
-        Stage::Trained(Event::Epoch(report)) => {
-            bar.suspend(|| eprintln!("{}", epoch_line(&report)))
-        }
+        Stage::Trained(Event::Epoch(report)) => bar.suspend(|| program::note(epoch_line(&report))),
     }
 }
 
@@ -63,7 +61,7 @@ fn advance(bar: &ProgressBar) {
     bar.inc(1);
     let (done, length) = (bar.position(), bar.length().unwrap_or(0));
     if !std::io::stderr().is_terminal() && done % length.div_ceil(10).max(1) == 0 {
-        eprintln!("{done} of {length}");
+        program::note(format_args!("{done} of {length}"));
     }
 }
 
@@ -76,7 +74,7 @@ fn begin(bar: &ProgressBar, length: usize, what: &'static str) {
     bar.set_length(length as u64);
     bar.set_message(what);
     if !std::io::stderr().is_terminal() {
-        eprintln!("{what}: {length} steps");
+        program::note(format_args!("{what}: {length} steps"));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::names;
 use crate::publisher::Publisher;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use msg::rosgraph_msgs;
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
 use std::sync::OnceLock;
 
 /// Libraries whose records are shown from warnings on, and do not go to /rosout.
@@ -75,16 +75,21 @@ fn is_ours(metadata: &Metadata) -> bool {
         .any(|name| metadata.target().starts_with(name))
 }
 
-/// Writes a record as ROS's own loggers do: warnings and errors to stderr, in colour where that is a terminal.
-fn show(level: Level, line: &str) {
+/// Writes a record as ROS's own loggers do: warnings and errors to stderr, in colour where that is a terminal. A node goes on
+/// where nobody reads any more (`| head`), which `println!` would end.
+pub(crate) fn show(level: Level, line: &str) {
     let colour = match level {
         Level::Error => "31",
         Level::Warn => "33",
-        _ => return println!("{line}"),
+        _ => {
+            let _ = writeln!(io::stdout().lock(), "{line}");
+            return;
+        }
     };
-    if std::io::stderr().is_terminal() {
-        eprintln!("\x1b[{colour}m{line}\x1b[0m");
+    let mut stderr = io::stderr().lock();
+    let _ = if stderr.is_terminal() {
+        writeln!(stderr, "\x1b[{colour}m{line}\x1b[0m")
     } else {
-        eprintln!("{line}");
-    }
+        writeln!(stderr, "{line}")
+    };
 }

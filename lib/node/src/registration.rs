@@ -2,7 +2,7 @@
 
 use crate::publication::Publication;
 use crate::subscription::Subscription;
-use crate::{master, names};
+use crate::{logging, master, names};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
@@ -83,7 +83,10 @@ impl Registrations {
             calls.spawn(async move { core.withdraw(&listed.entry).await });
         }
         if timeout(deadline, calls.join_all()).await.is_err() {
-            eprintln!("the ROS master does not answer; leaving without unregistering");
+            logging::show(
+                log::Level::Warn,
+                "the ROS master does not answer; leaving without unregistering",
+            );
         }
     }
 }

@@ -19,12 +19,18 @@ pub fn print(results: impl Display) -> Result<()> {
     }
 }
 
+/// Writes a line to stderr, beside the results. That nobody reads it any more (`2>&1 | head -1`) is no fault either, where
+/// `eprintln!` would panic.
+pub fn note(text: impl Display) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
 /// Exit code 0 for success. For an error, prints it with its causes to stderr and returns 1.
 pub fn exit_code(program: &str, result: Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{program}: {}", describe(error.as_ref()));
+            note(format_args!("{program}: {}", describe(error.as_ref())));
             ExitCode::FAILURE
         }
     }

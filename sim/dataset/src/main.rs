@@ -138,7 +138,10 @@ fn main() -> ExitCode {
     match run(Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("generate_dataset: {}", program::describe(error.as_ref()));
+            program::note(format_args!(
+                "generate_dataset: {}",
+                program::describe(error.as_ref())
+            ));
             let usage = error.downcast_ref().is_some_and(DatasetError::is_usage);
             ExitCode::from(if usage { 2 } else { 1 })
         }
@@ -177,7 +180,7 @@ fn stop_on_signal() -> Result<Arc<AtomicBool>> {
         if set.swap(true, Ordering::Relaxed) {
             std::process::exit(1);
         }
-        eprintln!("generate_dataset: stopping after the meshes in work");
+        program::note("generate_dataset: stopping after the meshes in work");
     })
     .context("cannot listen for signals")?;
     Ok(stop)
@@ -203,7 +206,7 @@ fn begin(bar: &ProgressBar, length: usize, done: usize, what: &'static str) {
     bar.reset_eta();
     bar.set_message(what);
     if !std::io::stderr().is_terminal() {
-        eprintln!("{what}: {done} of {length}");
+        program::note(format_args!("{what}: {done} of {length}"));
     }
 }
 
@@ -215,6 +218,6 @@ fn advance(bar: &ProgressBar, steps: usize) {
     let tenth = |position: u64| 10 * position / length;
     let now = before + steps as u64;
     if !std::io::stderr().is_terminal() && tenth(now) > tenth(before) {
-        eprintln!("{now} of {length}");
+        program::note(format_args!("{now} of {length}"));
     }
 }

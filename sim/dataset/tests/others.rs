@@ -61,3 +61,21 @@ fn a_reader_that_has_seen_enough_is_no_fault() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(!stderr(&output).contains("panicked"));
 }
+
+#[test]
+fn neither_is_one_that_has_heard_enough() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let code = |command: &mut std::process::Command| {
+        let mut child = command
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stderr.take());
+        child.wait().unwrap().code()
+    };
+    assert_eq!(code(&mut program(QUICK, &out)), Some(0));
+    assert!(out.join("manifest.csv").exists());
+    assert_eq!(code(&mut program("--object blob", &out)), Some(2));
+}

@@ -4,6 +4,7 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -203,7 +204,14 @@ impl<'a> SmallDisk<'a> {
         match mount.output() {
             Ok(output) if output.status.success() => Some(Self(folder)),
             refused => {
-                println!("skipped: no small disk can be mounted: {refused:?}");
+                let why = refused.map_or_else(
+                    |error| error.to_string(),
+                    |output| common::stderr(&output).trim().to_owned(),
+                );
+                // Not println!, which is shown of failures alone.
+                let line =
+                    format!("\nNot tested on a small disk, since none can be mounted: {why}\n");
+                std::io::stderr().write_all(line.as_bytes()).unwrap();
                 None
             }
         }

@@ -66,7 +66,7 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
     let recording = Recording::listen(&node).await?;
     let mut client = Client::connect(&node).await?;
     let first = look(&mut client, &recording, &arguments).await?;
-    eprintln!("first grasp: {first}");
+    program::note(format_args!("first grasp: {first}"));
     let mut points = first.points.clone();
     let mut grasps = vec![first];
     let mut regrasp = None;
@@ -76,10 +76,12 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
             match look(&mut client, &recording, &arguments).await {
                 Ok(second) => break second,
                 // What was recorded already is not lost.
-                Err(error) => eprintln!("{error:#}\nthe first grasp is kept; once more:"),
+                Err(error) => program::note(format_args!(
+                    "{error:#}\nthe first grasp is kept; once more:"
+                )),
             }
         };
-        eprintln!("second grasp: {second}");
+        program::note(format_args!("second grasp: {second}"));
         let found = icp_registration::regrasp(&points, &second.points, &hidden());
         // Nobody should have to hold it twice again for what did not fit once.
         let found = found.or_else(|misfit| {
@@ -94,7 +96,7 @@ async fn record(node: Node, arguments: Arguments) -> Result<()> {
                 kept[0].display()
             ))
         })?;
-        eprintln!("{}", agreement(&found));
+        program::note(agreement(&found));
         points.extend(cloud::transformed(&found.first_from_second, &second.points));
         grasps.push(second);
         regrasp = Some(found);
@@ -129,7 +131,7 @@ fn finish(
 ) -> Result<()> {
     let recorded = Recorded::of(points).context("no mesh can be made of what was seen")?;
     let file = target.write(&recorded.mesh)?;
-    eprintln!("{}: {recorded}", file.display());
+    program::note(format_args!("{}: {recorded}", file.display()));
     let (scan, name) = (file.display(), &arguments.name);
     let next =
         format!("rosrun deformable_cobot generate_dataset --scan {scan} --out {name} --count 300");

@@ -2,14 +2,15 @@
 
 use anyhow::{Result, bail};
 use node::Node;
+use scan::program;
 use std::io::BufRead;
 use tokio::sync::oneshot;
 
 /// Asks for the second grasp, and returns when Enter is pressed.
 pub async fn until_enter(node: &Node) -> Result<()> {
-    eprintln!(
-        "now the other end: open the gripper (rosservice call /grasp \"{{command: open}}\"), put the object back upside \
-         down, close it, and press Enter"
+    program::note(
+        "now the other end: open the gripper (rosservice call /grasp \"{command: open}\"), put the object back upside \
+         down, close it, and press Enter",
     );
     let (sender, pressed) = oneshot::channel();
     // A read cannot be called off; on a thread of its own it does not hold up the program's end.

@@ -61,7 +61,7 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
         let path = folder
             .save(&recorded, &classification)
             .context("cannot save the scan")?;
-        eprintln!("saved in {}", path.display());
+        program::note(format_args!("saved in {}", path.display()));
     }
     if arguments.json {
         program::print(format_args!("{:#}\n", answer::to_json(&classification)))?;

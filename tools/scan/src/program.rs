@@ -6,7 +6,7 @@ use node::Node;
 use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-pub use ::program::print;
+pub use ::program::{note, print};
 
 /// Runs a program of the terminal as a node: reads its arguments, does `work`, and says what went wrong.
 pub fn run<A, F>(name: &str, work: impl FnOnce(Node, A) -> F) -> ExitCode
@@ -27,7 +27,7 @@ where
         None => code,
         Some(Ok(())) => ExitCode::SUCCESS,
         Some(Err(error)) => {
-            eprintln!("{name}: {error:#}");
+            note(format_args!("{name}: {error:#}"));
             ExitCode::FAILURE
         }
     }

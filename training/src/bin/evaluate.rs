@@ -56,7 +56,7 @@ fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
     if let Some(reason) = model.fallback_reason() {
-        eprintln!("evaluate: the CPU provider is used: {reason}");
+        program::note(format_args!("evaluate: the CPU provider is used: {reason}"));
     }
     let parameters = if arguments.nominal {
         ScanParameters::nominal()

@@ -70,7 +70,7 @@ fn run(arguments: Arguments) -> Result<()> {
         } else {
             "finished before"
         };
-        bar.suspend(|| eprintln!("F = {features}, N = {points}: {what}"));
+        bar.suspend(|| program::note(format_args!("F = {features}, N = {points}: {what}")));
     };
     let cells = study(&order, begin, |stage| progress::show(&bar, stage))?;
     bar.finish_and_clear();
