@@ -15,7 +15,7 @@ mod shipped;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
 pub use metadata::{Centring, ModelMetadata};
-pub use model::{Answer, MAX_MODEL_BYTES, Model, Timing};
+pub use model::{Answer, CERTAIN_PROBABILITY, MAX_MODEL_BYTES, Model, Timing, is_known};
 pub use preprocess::{preprocess, preprocess_parts};
 pub use provider::{Parameters, Provider};
 pub use runtime::RUNTIME_FILE;

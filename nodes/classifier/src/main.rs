@@ -207,12 +207,7 @@ fn doubt_into(doubt: String, result: &mut Classification) {
 }
 
 fn fill(result: &mut Classification, answer: Answer) {
-    if !answer.known {
-        result.reason = format!(
-            "unlike everything that the model was trained on: its score {:.2} is below the threshold {:.2}",
-            answer.known_score, answer.known_threshold
-        );
-    }
+    result.reason = answer.doubt().unwrap_or_default();
     result.known_score = answer.known_score;
     result.known_threshold = answer.known_threshold;
     result.label = answer.label;

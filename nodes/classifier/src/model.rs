@@ -16,6 +16,11 @@ use crate::{runtime, session};
 
 /// Largest accepted model file (paper, Sec. VI-B.3).
 pub const MAX_MODEL_BYTES: u64 = 100_000;
+
+/// An answer that is less probable is not known: it may as well be another of the model's objects. `train` calibrates
+/// probabilities, so that this means the same in every model. How it was chosen: docs/model.md.
+pub const CERTAIN_PROBABILITY: f64 = 0.8;
+
 /// A model that is ready to classify.
 #[derive(Debug)]
 pub struct Model {
@@ -41,7 +46,7 @@ pub struct Answer {
     pub label: String,
     /// Its probability.
     pub probability: f64,
-    /// False: unlike everything that the model was trained on; the score is below the threshold.
+    /// False: unlike everything that the model was trained on, or like two of its objects; see [`Answer::doubt`].
     pub known: bool,
     /// How much the cloud is like what the model was trained on: a logit, larger is more alike.
     pub known_score: f64,
@@ -149,6 +154,35 @@ impl Model {
     }
 }
 
+impl Answer {
+    /// Why the object is not known; `None` where it is.
+    pub fn doubt(&self) -> Option<String> {
+        if self.known {
+            return None;
+        }
+        if self.known_score < self.known_threshold {
+            return Some(format!(
+                "unlike everything that the model was trained on: its score {:.2} is below the threshold {:.2}",
+                self.known_score, self.known_threshold
+            ));
+        }
+        let others = self.labels.iter().zip(&self.probabilities);
+        let second = others
+            .filter(|(label, _)| **label != self.label)
+            .max_by(|a, b| a.1.total_cmp(b.1));
+        let (second, probability) = second?;
+        Some(format!(
+            "it may also be {second} ({probability:.3}): a probability of {:.3} is below {CERTAIN_PROBABILITY}",
+            self.probability
+        ))
+    }
+}
+
+/// Whether an answer is called known: the cloud is like what the model was trained on, and like one of its objects alone.
+pub fn is_known(known_score: f64, known_threshold: f64, probability: f64) -> bool {
+    known_score >= known_threshold && probability >= CERTAIN_PROBABILITY
+}
+
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
     let unreadable = |source| LoadError::Read {
         path: path.to_path_buf(),
@@ -246,7 +280,7 @@ fn answer(
     Ok(Answer {
         label: metadata.labels[best].clone(),
         probability,
-        known: known_score >= metadata.known_threshold,
+        known: is_known(known_score, metadata.known_threshold, probability),
         known_score,
         known_threshold: metadata.known_threshold,
         labels: metadata.labels.clone(),

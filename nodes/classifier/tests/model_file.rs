@@ -5,8 +5,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use classifier::{
-    Centring, ClassifyError, LoadError, Model, ModelMetadata, Output, Provider, preprocess,
-    preprocess_parts,
+    CERTAIN_PROBABILITY, Centring, ClassifyError, LoadError, Model, ModelMetadata, Output,
+    Provider, preprocess, preprocess_parts,
 };
 use nalgebra::{Point3, Vector3};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
@@ -128,6 +128,32 @@ fn an_even_answer_is_unknown() {
     let diagonal = Vector3::new(0.7, 0.0, 0.7);
     let answer = model.classify(&stick(diagonal), &Vector3::z()).unwrap();
     assert!(!answer.known, "{answer:?}");
+}
+
+#[test]
+fn an_answer_that_may_be_another_object_is_unknown() {
+    let any_score = ModelMetadata {
+        known_threshold: -10.0,
+        ..metadata()
+    };
+    let mut model = load_with(&Fault {
+        entries: any_score.to_entries(),
+        ..Fault::default()
+    })
+    .unwrap();
+    let answer_to = |model: &mut Model, x: f32| {
+        let stick = stick(Vector3::new(x, 0.0, 0.7));
+        model.classify(&stick, &Vector3::z()).unwrap()
+    };
+    let even = answer_to(&mut model, 0.65);
+    assert!(
+        !even.known && even.probability < CERTAIN_PROBABILITY,
+        "{even:?}"
+    );
+    let doubt = even.doubt().unwrap();
+    assert!(doubt.starts_with("it may also be wide"), "{doubt}");
+    let certain = answer_to(&mut model, 0.1);
+    assert!(certain.known && certain.doubt().is_none(), "{certain:?}");
 }
 
 #[test]

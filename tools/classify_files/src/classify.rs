@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use classifier::{Answer, Model};
+use cloud::{Cloud, Dropped};
 use icp_registration::{InitialGuess, Registrar, ViewEvidence};
-use nalgebra::Point3;
 use roi_crop::{Axis, Cropper, Frame};
 use serde_json::{Value, json};
 
@@ -28,6 +28,8 @@ pub struct Classified {
     pub answer: Answer,
     /// How each file was laid onto those before it.
     pub views: Vec<ViewEvidence>,
+    /// What was no measurement in each file.
+    pub dropped: Vec<Dropped>,
     /// Points of the object, before sampling.
     pub point_count: usize,
     /// Time for registration.
@@ -39,7 +41,7 @@ pub struct Classified {
 /// Lower than any point: keeps everything.
 const NOTHING_CUT_M: f64 = -100.0;
 
-/// Reads the files in turn; `finished` is called after each.
+/// Reads the files in turn, in metres; `finished` is called after each.
 ///
 /// # Errors
 /// A file that holds no cloud.
@@ -47,12 +49,13 @@ pub fn read_views(
     files: &[PathBuf],
     metres_per_file_unit: f64,
     finished: impl Fn(),
-) -> Result<Vec<Vec<Point3<f32>>>> {
+) -> Result<Vec<Cloud>> {
     let scale = metres_per_file_unit as f32;
     let read = |file: &PathBuf| {
-        let points = cloud::read(file)?.points;
+        let mut cloud = cloud::read(file)?;
         finished();
-        Ok(points.iter().map(|point| point * scale).collect())
+        cloud.points.iter_mut().for_each(|point| *point *= scale);
+        Ok(cloud)
     };
     files.iter().map(read).collect()
 }
@@ -61,11 +64,7 @@ pub fn read_views(
 ///
 /// # Errors
 /// A stage refuses its input.
-pub fn classify_views(
-    views: &[Vec<Point3<f32>>],
-    scene: &Scene,
-    model: &mut Model,
-) -> Result<Classified> {
+pub fn classify_views(views: &[Cloud], scene: &Scene, model: &mut Model) -> Result<Classified> {
     let start = Instant::now();
     let parameters = icp_registration::Parameters {
         initial_guess: InitialGuess::Identity,
@@ -74,7 +73,7 @@ pub fn classify_views(
     let mut registrar = Registrar::new(parameters)?;
     let mut evidence = Vec::with_capacity(views.len());
     for (index, view) in views.iter().enumerate() {
-        let added = registrar.add_view(view, None);
+        let added = registrar.add_view(&view.points, None);
         evidence.push(added.with_context(|| format!("view {}", index + 1))?);
     }
     let registered = Instant::now();
@@ -89,6 +88,7 @@ pub fn classify_views(
     Ok(Classified {
         answer,
         views: evidence,
+        dropped: views.iter().map(|view| view.dropped).collect(),
         point_count: object.points.len(),
         register: registered - start,
         crop: cropped - registered,
@@ -107,7 +107,7 @@ impl Classified {
         ]
         .map(|time| 1e3 * time.as_secs_f64());
         let probabilities = answer.labels.iter().zip(&answer.probabilities);
-        let view = |view: &ViewEvidence| {
+        let view = |(view, dropped): (&ViewEvidence, &Dropped)| {
             let rows: Vec<Vec<f64>> = view
                 .transform
                 .to_homogeneous()
@@ -117,12 +117,14 @@ impl Classified {
             json!({
                 "accepted": view.accepted, "reason": view.reason, "fitness": view.fitness,
                 "rmse_m": view.rmse_m, "iterations": view.iterations, "transform": rows,
+                "dropped_points": dropped.count(),
             })
         };
         json!({
             "label": answer.label,
             "probability": answer.probability,
             "known": answer.known,
+            "reason": answer.doubt().unwrap_or_default(),
             "known_score": answer.known_score,
             "known_threshold": answer.known_threshold,
             "probabilities": probabilities.map(|(label, p)| (label.clone(), json!(p)))
@@ -131,7 +133,7 @@ impl Classified {
                 "register": timing[0], "crop": timing[1], "sample": timing[2], "infer": timing[3],
                 "total": timing.iter().sum::<f64>(),
             },
-            "views": self.views.iter().map(view).collect::<Vec<_>>(),
+            "views": self.views.iter().zip(&self.dropped).map(view).collect::<Vec<_>>(),
             "point_count": self.point_count,
             "provider": model.provider(),
             "model_id": model.metadata().run_id,
@@ -141,13 +143,12 @@ impl Classified {
     /// A few lines for people.
     pub fn to_text(&self, model: &Model) -> String {
         let answer = &self.answer;
-        let known = if answer.known {
-            ""
-        } else {
-            ", unlike anything the model was trained on"
-        };
         let percent = 100.0 * answer.probability;
-        let mut text = format!("{} ({percent:.1} %{known})\n\n", answer.label);
+        let mut text = format!("{} ({percent:.1} %)\n", answer.label);
+        if let Some(doubt) = answer.doubt() {
+            text += &format!("not known: {doubt}\n");
+        }
+        text += "\n";
         for (label, probability) in answer.labels.iter().zip(&answer.probabilities) {
             text += &format!("  {label:<12} {:5.1} %\n", 100.0 * probability);
         }

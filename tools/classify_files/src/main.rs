@@ -83,7 +83,9 @@ fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut model = Model::load(&path, arguments.provider, &arguments.device)?;
     if let Some(reason) = model.fallback_reason() {
-        eprintln!("classify_files: the CPU provider is used: {reason}");
+        program::note(format_args!(
+            "classify_files: the CPU provider is used: {reason}"
+        ));
     }
     let scene = Scene {
         metres_per_file_unit: match arguments.units {
@@ -100,11 +102,11 @@ fn run(arguments: &Arguments) -> Result<()> {
         classify_views(&views, &scene, &mut model).context("cannot classify these views")?;
     for (view, file) in classified.views.iter().zip(&arguments.files) {
         if !view.accepted {
-            eprintln!(
+            program::note(format_args!(
                 "classify_files: {} is left out: {}",
                 file.display(),
                 view.reason
-            );
+            ));
         }
     }
     if arguments.json {

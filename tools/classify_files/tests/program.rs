@@ -69,6 +69,7 @@ fn json_has_what_the_contract_names() {
     for view in views {
         assert!(view["fitness"].is_f64() && view["rmse_m"].is_f64());
         assert!(view["iterations"].is_u64());
+        assert_eq!(view["dropped_points"], 0);
         assert_eq!(view["transform"].as_array().unwrap().len(), 4);
     }
 }

@@ -18,21 +18,24 @@ pub struct Known {
 }
 
 impl Known {
-    /// Compares the scores of known objects with those of strangers. A score of at least `threshold` counts as known.
-    pub fn of(known: Vec<f32>, strangers: Vec<f32>, threshold: f64) -> Self {
-        let called_known = |scores: &[f32]| {
-            let count = scores
-                .iter()
-                .filter(|&&score| f64::from(score) >= threshold)
-                .count();
-            count as f64 / scores.len() as f64
+    /// Compares the scores of known objects with those of strangers, each with the probability of its answer;
+    /// [`classifier::is_known`] says which count as known.
+    pub fn of(known: &[(f32, f64)], strangers: &[(f32, f64)], threshold: f64) -> Self {
+        let called_known = |answers: &[(f32, f64)]| {
+            let called = answers.iter().filter(|(score, probability)| {
+                classifier::is_known(f64::from(*score), threshold, *probability)
+            });
+            called.count() as f64 / answers.len() as f64
+        };
+        let scores = |answers: &[(f32, f64)]| -> Vec<f32> {
+            answers.iter().map(|(score, _)| *score).collect()
         };
         Self {
             known_clouds: known.len(),
             stranger_clouds: strangers.len(),
-            auroc: auroc(&known, &strangers),
-            known_called_known: called_known(&known),
-            strangers_called_unknown: 1.0 - called_known(&strangers),
+            auroc: auroc(&scores(known), &scores(strangers)),
+            known_called_known: called_known(known),
+            strangers_called_unknown: 1.0 - called_known(strangers),
         }
     }
 }
@@ -77,11 +80,13 @@ mod tests {
     }
 
     #[test]
-    fn the_threshold_itself_is_known() {
-        let found = Known::of(vec![1.0, 0.5], vec![0.5, 0.0, 0.0, 0.0], 0.5);
+    fn the_threshold_itself_is_known_where_the_answer_is_certain() {
+        let known = [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.0, 1.0)];
+        let strangers = [(0.5, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 1.0)];
+        let found = Known::of(&known, &strangers, 0.5);
         assert_eq!(
             (found.known_called_known, found.strangers_called_unknown),
-            (1.0, 0.75)
+            (0.5, 0.75)
         );
     }
 }

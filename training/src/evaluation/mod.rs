@@ -75,7 +75,11 @@ pub fn evaluate(
     };
     let scores = |answers: &[Seen<Output>]| {
         let answers = answers.iter();
-        answers.map(|answer| answer.taken.known_score).collect()
+        let judged = answers.map(|answer| &answer.taken).map(|output| {
+            let probability = calibration::highest_probability(&output.log_probabilities);
+            (output.known_score, probability)
+        });
+        judged.collect::<Vec<_>>()
     };
     let mut tests = Vec::new();
     let mut of_dataset = None;
@@ -108,7 +112,7 @@ pub fn evaluate(
         }
     }
     let strangers = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
-    let known = Known::of(known_scores, scores(&strangers), metadata.known_threshold);
+    let known = Known::of(&known_scores, &scores(&strangers), metadata.known_threshold);
     Ok(Evaluation {
         model_id: metadata.run_id.clone(),
         network: metadata.network_version.clone(),
@@ -174,12 +178,13 @@ impl Evaluation {
         let mut text = String::new();
         for DataTest { data, test } in &self.tests {
             text += &format!(
-                "{}\n{}accuracy {} on {} clouds; called known: {}; calibration error {:.3}\n\n",
+                "{}\n{}accuracy {} on {} clouds; called known: {}, and wrong: {}; calibration error {:.3}\n\n",
                 data,
                 test.confusion.table(),
                 percent(test.accuracy),
                 test.clouds,
                 percent(test.known_share),
+                percent(test.known_wrong_share),
                 test.calibration_error,
             );
         }

@@ -19,6 +19,8 @@ pub struct TestResult {
     pub loss: f64,
     /// Share of the clouds called known.
     pub known_share: f64,
+    /// Share of the clouds called known and named wrongly.
+    pub known_wrong_share: f64,
     /// Expected calibration error, 0 to 1 (see [`super::calibration::calibration_error`]).
     pub calibration_error: f64,
     /// All answers, counted by class.
@@ -44,16 +46,18 @@ impl TestResult {
         answers: impl Iterator<Item = Answered<'a>>,
     ) -> Self {
         let mut confusion = Confusion::new(labels);
-        let (mut known, mut loss, mut judged) = (0, 0.0, Vec::new());
+        let (mut known, mut known_wrong, mut loss, mut judged) = (0, 0, 0.0, Vec::new());
         for answer in answers {
             let prediction = most_probable(answer.log_probabilities);
+            let probability = highest_probability(answer.log_probabilities);
+            let right = prediction == answer.label;
             confusion.add(answer.label, prediction);
-            known += usize::from(answer.known_score >= known_threshold);
+            if classifier::is_known(answer.known_score, known_threshold, probability) {
+                known += 1;
+                known_wrong += usize::from(!right);
+            }
             loss -= f64::from(answer.log_probabilities[answer.label]);
-            judged.push((
-                highest_probability(answer.log_probabilities),
-                prediction == answer.label,
-            ));
+            judged.push((probability, right));
         }
         let count = judged.len().max(1) as f64;
         Self {
@@ -62,6 +66,7 @@ impl TestResult {
             class_accuracies: confusion.class_accuracies(),
             loss: loss / count,
             known_share: known as f64 / count,
+            known_wrong_share: known_wrong as f64 / count,
             calibration_error: calibration_error(&judged),
             confusion,
         }
@@ -82,6 +87,8 @@ mod tests {
         };
         let (sure, unsure) = ([0.0, f32::NEG_INFINITY], [half + 1e-6, half]);
         let answers = [
+            // Not known, since it is like either.
+            answered(&unsure, 2.0, 0),
             answered(&sure, 2.0, 0),
             answered(&sure, 1.0, 0),
             answered(&unsure, 0.0, 1),
@@ -91,7 +98,7 @@ mod tests {
         let test = TestResult::of(&labels, 1.0, answers.into_iter());
         assert_eq!((test.clouds, test.accuracy), (4, 0.75));
         assert_eq!(test.class_accuracies, [1.0, 0.0]);
-        assert_eq!(test.known_share, 0.5);
+        assert_eq!((test.known_share, test.known_wrong_share), (0.5, 0.0));
         assert!((test.loss - 0.5 * std::f64::consts::LN_2).abs() < 1e-5);
         assert!(test.calibration_error < 1e-5, "{}", test.calibration_error);
     }
