@@ -1,5 +1,5 @@
 # make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
-# make test [JOBS=2]           all tests but those of the next four; JOBS: so many whole-system tests at once
+# make test [JOBS=2]           all tests but those of the next four; JOBS: so many whole-system tests at once (also test-hosts)
 # make test-real               the tests on real scans and captures; DEFORMABLE_COBOT_REAL names their folder
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make test-hosts              a robot and three computers on this one: started by ssh, and everything that goes wrong
@@ -44,15 +44,16 @@ demo: setup
 	$(PYTHON) tests/demo $(if $(DISPLAY_RVIZ),--rviz)
 
 JOBS ?= 1
+PYTEST := $(PYTHON) -m pytest $(if $(filter-out 1,$(JOBS)),--numprocesses=$(JOBS))
 test: build
 	cargo test --release --workspace
 	source setup/environment
-	$(PYTHON) -m pytest $(if $(filter-out 1,$(JOBS)),--numprocesses=$(JOBS)) --junitxml=target/results/tests.xml tests
+	$(PYTEST) --junitxml=target/results/tests.xml tests
 
 REAL := $(or $(DEFORMABLE_COBOT_REAL),$(realpath ../shared/real))
 test-real: build
 	test -d "$(REAL)" || { echo 'test-real: no real data; let DEFORMABLE_COBOT_REAL name its folder' >&2; exit 1; }
-	DEFORMABLE_COBOT_REAL="$(REAL)" cargo test --release --workspace -- --ignored
+	DEFORMABLE_COBOT_REAL="$(REAL)" cargo test --release --workspace --tests -- --ignored
 
 test-cluster: build
 	setup/install munge slurm-client slurmctld slurmd
@@ -61,7 +62,7 @@ test-cluster: build
 test-hosts: build
 	setup/install iproute2 openssh-server python3-paramiko
 	source setup/environment
-	$(PYTHON) -m pytest --junitxml=target/results/hosts.xml tests/hosts
+	$(PYTEST) --junitxml=target/results/hosts.xml tests/hosts
 
 # From the results of the last `make test` and `make test-hosts`.
 fault-table:
@@ -114,5 +115,7 @@ lint: $(DENY)
 audit: $(DENY)
 	$(DENY) check advisories
 
+# Its own release profile (all of it optimised as one) takes longer to build than the rest of the lint.
 $(DENY):
-	cargo install --locked --version 0.20.2 --root target/lint cargo-deny
+	CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_OPT_LEVEL=0 \
+		cargo install --locked --version 0.20.2 --root target/lint cargo-deny
