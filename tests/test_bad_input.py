@@ -10,8 +10,8 @@ from processes import wait_until
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(180)]
 
-NODES = ('camera_mount', 'classifier', 'depth_threshold', 'gripper', 'icp_registration', 'roi_crop', 'scan_markers',
-         'scan_server', 'sim_baxter', 'sim_camera', 'view_capture', 'wrist_rotator')
+NODES = ('camera_mount', 'classifier', 'deformation', 'depth_threshold', 'gripper', 'icp_registration', 'roi_crop',
+         'scan_markers', 'scan_server', 'sim_baxter', 'sim_camera', 'view_capture', 'wrist_rotator')
 # Where nothing but the test moves or shows anything.
 ALONE = {'kinematics': 'false', 'mount': 'false', 'rotator': 'false'}
 

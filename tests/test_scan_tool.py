@@ -13,11 +13,11 @@ from processes import wait_until
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 
 
-def pcd_points(path):
-    """The number of points that a PCD file announces; fails where it has other than three floats for each."""
+def pcd_points(path, floats=3):
+    """The number of points that a PCD file announces; fails where it has other than so many floats for each."""
     head, data = path.read_bytes().split(b'DATA binary\n')
     count = int(head.split(b'POINTS ')[1].split()[0])
-    assert len(data) == 12 * count
+    assert len(data) == 4 * floats * count
     return count
 
 
@@ -28,12 +28,15 @@ def test_it_answers_and_saves_the_scan(sim, executable, shelf):
     answer = json.loads(printed.replace(f'saved in {folder}', ''))
     assert (answer['label'], answer['known'], answer['view_count']) == ('medium-can', True, 2)
     assert sum(answer['probabilities'].values()) == pytest.approx(1)
+    assert answer['deformation']['fits'] and answer['deformation']['summary']
     assert [path.name for path in shelf.iterdir()] == ['can'], 'nothing unfinished is left'
     names = sorted(path.name for path in folder.iterdir())
-    assert names == ['object.pcd', 'registered.pcd', 'scan.yaml', 'view_1.pcd', 'view_2.pcd']
+    assert names == ['object.pcd', 'registered.pcd', 'scan.html', 'scan.yaml', 'view_1.pcd', 'view_2.pcd']
     described = yaml.safe_load((folder / 'scan.yaml').read_text())
     assert (described['label'], described['frame']) == ('medium-can', 'left_hand')
-    assert pcd_points(folder / 'object.pcd') == described['object_points'] == answer['point_count']
+    assert b'FIELDS x y z deviation' in (folder / 'object.pcd').read_bytes()
+    assert described['deformation']['summary'] == answer['deformation']['summary']
+    assert pcd_points(folder / 'object.pcd', floats=4) == described['object_points'] == answer['point_count']
     assert pcd_points(folder / 'registered.pcd') == described['registered_points'] > described['object_points']
     for view in described['views']:
         assert pcd_points(folder / view['file']) == view['points'] > 1000

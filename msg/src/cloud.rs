@@ -69,18 +69,51 @@ pub struct Decoded {
 /// # Errors
 /// [`CloudError`]: the message is big-endian, has no float32 x, y, z, or its sizes do not fit.
 pub fn to_points(message: &PointCloud2) -> Result<Decoded, CloudError> {
+    let mut decoded = Decoded::default();
+    // By what there is, not by what is announced, which has not been checked yet.
+    decoded
+        .points
+        .reserve(message.data.len() / message.point_step.max(12) as usize);
+    each(message, ["x", "y", "z"], |[x, y, z]| {
+        if is_measured([x, y, z]) {
+            decoded.points.push(Point3::new(x, y, z));
+        } else {
+            decoded.invalid += 1;
+        }
+    })?;
+    Ok(decoded)
+}
+
+/// Reads one more field of the points that [`to_points`] gives, in the same order.
+pub fn values(message: &PointCloud2, name: &'static str) -> Result<Vec<f32>, CloudError> {
+    let mut values = Vec::new();
+    each(message, ["x", "y", "z", name], |[x, y, z, value]| {
+        if is_measured([x, y, z]) {
+            values.push(value);
+        }
+    })?;
+    Ok(values)
+}
+
+fn is_measured(point: [f32; 3]) -> bool {
+    point.iter().all(|value| value.is_finite()) && point != [0.0; 3]
+}
+
+/// Hands on these fields of every entry.
+fn each<const N: usize>(
+    message: &PointCloud2,
+    names: [&'static str; N],
+    mut take: impl FnMut([f32; N]),
+) -> Result<(), CloudError> {
     if message.is_bigendian {
         return Err(CloudError::BigEndian);
     }
-    let offsets = [
-        field_offset(message, "x")?,
-        field_offset(message, "y")?,
-        field_offset(message, "z")?,
-    ];
+    let mut offsets = [0; N];
+    for (offset, name) in offsets.iter_mut().zip(names) {
+        *offset = field_offset(message, name)?;
+    }
     check_size(message)?;
     let (width, step) = (message.width as usize, message.point_step as usize);
-    let mut decoded = Decoded::default();
-    decoded.points.reserve(width * message.height as usize);
     // A cloud without points may say that its rows have no bytes.
     for row in message
         .data
@@ -88,17 +121,10 @@ pub fn to_points(message: &PointCloud2) -> Result<Decoded, CloudError> {
         .take(message.height as usize)
     {
         for entry in row.chunks_exact(step).take(width) {
-            let [x, y, z] = offsets.map(|offset| float_at(entry, offset));
-            let valid =
-                x.is_finite() && y.is_finite() && z.is_finite() && (x, y, z) != (0.0, 0.0, 0.0);
-            if valid {
-                decoded.points.push(Point3::new(x, y, z));
-            } else {
-                decoded.invalid += 1;
-            }
+            take(offsets.map(|offset| float_at(entry, offset)));
         }
     }
-    Ok(decoded)
+    Ok(())
 }
 
 /// A message of `points`, metres in the frame of `header`.
@@ -124,6 +150,25 @@ pub fn from_points(header: Header, points: &[Point3<f32>]) -> PointCloud2 {
         data,
         is_dense: true,
     }
+}
+
+/// The same with one more value for each point, as float32 in the place of the padding.
+///
+/// # Panics
+/// There are not as many values as points.
+pub fn with_field(
+    header: Header,
+    points: &[Point3<f32>],
+    name: &str,
+    values: &[f32],
+) -> PointCloud2 {
+    assert_eq!(points.len(), values.len());
+    let mut cloud = from_points(header, points);
+    for (entry, value) in cloud.data.chunks_exact_mut(POINT_STEP).zip(values) {
+        entry[12..].copy_from_slice(&value.to_le_bytes());
+    }
+    cloud.fields.push(float_field(name, 12));
+    cloud
 }
 
 fn float_field(name: &str, offset: u32) -> PointField {
@@ -210,6 +255,22 @@ mod tests {
             [Point3::new(0.1, -0.2, 0.3), Point3::new(1.0, 2.0, 3.0)]
         );
         assert_eq!(decoded.invalid, 0);
+    }
+
+    #[test]
+    fn a_field_beside_the_coordinates_is_where_it_says() {
+        let points = [Point3::new(0.1, -0.2, 0.3), Point3::new(1.0, 2.0, 3.0)];
+        let cloud = with_field(Header::default(), &points, "deviation", &[0.5, f32::NAN]);
+        assert_eq!(to_points(&cloud).unwrap().points, points);
+        let field = cloud.fields.last().unwrap();
+        assert_eq!((&field.name[..], field.offset), ("deviation", 12));
+        let read = values(&cloud, "deviation").unwrap();
+        assert!(read[0] == 0.5 && read[1].is_nan() && read.len() == 2);
+        let plain = from_points(Header::default(), &points);
+        assert!(matches!(
+            values(&plain, "deviation"),
+            Err(CloudError::MissingField("deviation", _))
+        ));
     }
 
     #[test]

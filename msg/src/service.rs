@@ -40,6 +40,7 @@ services! {
     CropCloud(RegisteredCloud, ObjectCloud);
     ClassifyCloud(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, Classification);
     LoadModel();
+    MeasureDeformation(rosrust_msg::sensor_msgs::PointCloud2, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Point, Deformation);
     HoldObject();
     CalibrateCameraMount(rosrust_msg::geometry_msgs::Transform, rosrust_msg::geometry_msgs::Vector3, rosrust_msg::geometry_msgs::Quaternion);
     Grasp();

@@ -1,7 +1,7 @@
 //! `geometry_msgs/Transform` to and from isometries.
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3 as Vector};
-use rosrust_msg::geometry_msgs::{Quaternion as QuaternionMessage, Transform, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3 as Vector};
+use rosrust_msg::geometry_msgs::{Point, Quaternion as QuaternionMessage, Transform, Vector3};
 
 /// The isometry of a message, unless its numbers are not finite or its quaternion is far from unit length.
 pub fn to_isometry(message: &Transform) -> Option<Isometry3<f64>> {
@@ -39,6 +39,15 @@ pub fn from_vector(vector: &Vector<f64>) -> Vector3 {
         x: vector.x,
         y: vector.y,
         z: vector.z,
+    }
+}
+
+/// The message of a point.
+pub fn from_point(point: &Point3<f64>) -> Point {
+    Point {
+        x: point.x,
+        y: point.y,
+        z: point.z,
     }
 }
 

@@ -8,6 +8,7 @@ pub mod data;
 pub mod evaluation;
 pub mod network;
 pub mod progress;
+pub mod references;
 pub mod run;
 pub mod settings;
 pub mod study;

@@ -19,6 +19,7 @@ use crate::network::backend::Backend;
 use crate::network::export::{encode, write_model, write_whole};
 use crate::network::{Network, NetworkKind};
 use crate::progress::Stage;
+use crate::references;
 use crate::settings::Settings;
 use crate::training::checkpoint::Checkpoint;
 use crate::training::epoch::EpochReport;
@@ -70,8 +71,8 @@ pub struct Results {
     pub history: Vec<EpochReport>,
 }
 
-/// Makes the clouds or finds them in `output`, trains, writes the model file, and writes run.yaml in a folder of `output`. An
-/// interrupted run resumes after its last complete epoch and ends with the same bytes. Clouds and unfinished runs of other
+/// Makes the clouds or finds them in `output`, trains, writes the model file, the undented objects in a folder
+/// beside it, and run.yaml in a folder of `output`. An interrupted run resumes after its last complete epoch and ends with the same bytes. Clouds and unfinished runs of other
 /// code are not reused.
 ///
 /// # Errors
@@ -121,6 +122,7 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
         test: test.transpose()?,
         history,
     };
+    references::write(&order.model, &metadata.labels, &order.datasets)?;
     write_record(&folder.join("run.yaml"), order, &results)?;
     checkpoint.remove()?;
     Ok(results)

@@ -17,7 +17,9 @@ pub mod voxel;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-pub use file::{FileError, Surface, Unmeasured, read, read_surface, write_pcd, write_ply};
+pub use file::{
+    FileError, Surface, Unmeasured, read, read_surface, write_pcd, write_pcd_field, write_ply,
+};
 pub use neighbours::Tree;
 pub use sample::{SampleError, farthest_points};
 pub use sphere::{Sphere, sphere};

@@ -8,7 +8,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::Context;
 use msg::baxter_core_msgs::EndEffectorState;
-use msg::deformable_cobot::{CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud};
+use msg::deformable_cobot::{
+    CropCloud, CropCloudRes, ObjectCloud, RegisteredCloud, ViewRegistration,
+};
+use msg::geometry_msgs::Point;
 use msg::progress::Progress;
 use msg::stamp::since_epoch;
 use msg::timing;
@@ -108,6 +111,7 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud, opening_m: Option<f64
         refused_count: registered.refused_count,
         doubt: registered.doubt.clone(),
         in_hand_frame: registered.in_hand_frame,
+        viewpoints: viewpoints(&registered),
         timing: registered.timing.clone(),
         ..Default::default()
     };
@@ -121,6 +125,21 @@ fn cut_out(cropper: &Cropper, registered: RegisteredCloud, opening_m: Option<f64
         }
     }
     object
+}
+
+/// Where the camera was at each view that is in the cloud.
+fn viewpoints(registered: &RegisteredCloud) -> Vec<Point> {
+    let in_cloud = |view: &&ViewRegistration| view.accepted || registered.in_hand_frame;
+    let views = registered.views.iter().filter(in_cloud);
+    let place = |view: &ViewRegistration| {
+        let camera = &view.transform.translation;
+        Point {
+            x: camera.x,
+            y: camera.y,
+            z: camera.z,
+        }
+    };
+    views.map(place).collect()
 }
 
 fn crop(

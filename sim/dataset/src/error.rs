@@ -22,7 +22,7 @@ pub enum DatasetError {
     },
     /// The file's stem cannot be a folder's name beside the dataset's own files.
     #[error(
-        "'{name}' cannot name an object: rename the file to letters, digits, '-', '_' and inner dots"
+        "'{name}' cannot name an object: rename the file to letters, digits, '-', '_' and inner dots, and not to 'references'"
     )]
     BadName {
         /// The file's stem.

@@ -17,6 +17,8 @@ const MANIFEST: &str = "manifest.csv";
 const JOURNAL: &str = "manifest.unfinished.csv";
 const RECORD: &str = "run.yaml";
 const SHARD: &str = "shard.yaml";
+/// The folder of the undented objects, OBJECT.ply.
+pub const REFERENCES: &str = "references";
 
 /// Rows by object and number.
 pub type Rows = BTreeMap<(String, usize), Row>;
@@ -49,6 +51,19 @@ impl Folder {
     /// The folder of an object's meshes.
     pub fn object(&self, name: &str) -> PathBuf {
         self.root.join(name)
+    }
+
+    /// An object as it is before anything dents it.
+    pub fn reference(&self, name: &str) -> PathBuf {
+        self.root.join(REFERENCES).join(format!("{name}.ply"))
+    }
+
+    /// Makes the folder of the undented objects, and removes drafts of files that a killed run left in it.
+    ///
+    /// # Errors
+    /// The folder cannot be made or cleaned.
+    pub fn make_references(&self) -> Result<(), DatasetError> {
+        self.make_object(REFERENCES)
     }
 
     /// Makes an object's folder, and removes drafts of files that a killed run left in it.

@@ -61,8 +61,14 @@ pub fn merge(out: &Path, parts: &[PathBuf]) -> Result<Summary, DatasetError> {
     let meshes = in_order(&wanted, &parts)?;
     fs::create_dir_all(out.root()).map_err(DatasetError::io("make", out.root()))?;
     out.write_record(record)?;
+    out.make_references()?;
     for object in &wanted.objects {
         out.make_object(&object.name)?;
+        let reference = parts[0].folder.reference(&object.name);
+        // A part that was made before there were any has none.
+        if reference.is_file() {
+            link(&reference, &out.reference(&object.name))?;
+        }
     }
     for (part, row, name) in meshes.iter().filter(|(_, row, _)| row.has_mesh()) {
         let folder = out.object(&row.object);

@@ -8,6 +8,7 @@ use sim_objects::{ObjectClass, Variation};
 
 use crate::digest::hex_digest;
 use crate::error::DatasetError;
+use crate::folder::REFERENCES;
 use crate::settings::Settings;
 
 /// Range of an object's longest extent, m. A mesh outside of it was most likely read with the wrong unit.
@@ -59,9 +60,10 @@ impl Source {
         };
         let name = file.file_stem().unwrap_or_default().to_string_lossy();
         let allowed = |c: char| c.is_alphanumeric() || ['-', '_', '.'].contains(&c);
-        let taken = [".csv", ".yaml", ".png"]
-            .iter()
-            .any(|end| name.ends_with(end));
+        let taken = name == REFERENCES
+            || [".csv", ".yaml", ".png"]
+                .iter()
+                .any(|end| name.ends_with(end));
         if name.is_empty() || name.starts_with('.') || taken || !name.chars().all(allowed) {
             return Err(DatasetError::BadName { name: name.into() });
         }

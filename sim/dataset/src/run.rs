@@ -145,9 +145,15 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Folders, and the undented objects: what deformations are measured from.
     fn make_folders(&self) -> Result<(), DatasetError> {
-        let mut objects = self.objects.iter();
-        objects.try_for_each(|object| self.folder.make_object(&object.name))
+        self.folder.make_references()?;
+        for object in self.objects {
+            let reference = self.folder.reference(&object.name);
+            mesh_file::place(&reference, object.denter.source())?;
+            self.folder.make_object(&object.name)?;
+        }
+        Ok(())
     }
 
     /// Makes the meshes of one grasp. If it cannot be dented, its meshes keep their numbers and their rows say why they are

@@ -7,7 +7,8 @@ use anyhow::{Context, Result};
 use classifier::{Answer, Model};
 use cloud::{Cloud, Dropped};
 use icp_registration::{InitialGuess, Registrar, ViewEvidence};
-use roi_crop::{Axis, Cropper, Frame};
+use nalgebra::Point3;
+use roi_crop::{Axis, Crop, Cropper, Frame};
 use serde_json::{Value, json};
 
 /// What is known about the scene.
@@ -30,8 +31,8 @@ pub struct Classified {
     pub views: Vec<ViewEvidence>,
     /// What was no measurement in each file.
     pub dropped: Vec<Dropped>,
-    /// Points of the object, before sampling.
-    pub point_count: usize,
+    /// The object, before sampling.
+    pub object: Crop,
     /// Time for registration.
     pub register: Duration,
     /// Time for the crop.
@@ -89,7 +90,7 @@ pub fn classify_views(views: &[Cloud], scene: &Scene, model: &mut Model) -> Resu
         answer,
         views: evidence,
         dropped: views.iter().map(|view| view.dropped).collect(),
-        point_count: object.points.len(),
+        object,
         register: registered - start,
         crop: cropped - registered,
     })
@@ -134,7 +135,7 @@ impl Classified {
                 "total": timing.iter().sum::<f64>(),
             },
             "views": self.views.iter().zip(&self.dropped).map(view).collect::<Vec<_>>(),
-            "point_count": self.point_count,
+            "point_count": self.object.points.len(),
             "provider": model.provider(),
             "model_id": model.metadata().run_id,
         })
@@ -160,7 +161,7 @@ impl Classified {
         ];
         let stages =
             stages.map(|(stage, time)| format!("{stage} {:.2} ms", 1e3 * time.as_secs_f64()));
-        let (count, provider) = (self.point_count, model.provider());
+        let (count, provider) = (self.object.points.len(), model.provider());
         text + &format!("\n{}; {count} points; {provider}\n", stages.join(", "))
     }
 }

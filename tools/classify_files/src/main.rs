@@ -7,8 +7,10 @@ use anyhow::{Context, Result};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, ValueEnum};
 use classifier::{Model, Provider, shipped_model};
-use classify_files::{Scene, classify_views, read_views};
+use classify_files::{Scene, classify_views, measure_deformation, read_views};
+use deformation::{Library, shipped_references};
 use indicatif::ProgressBar;
+use nalgebra::Point3;
 use roi_crop::Axis;
 
 /// Names the object in clouds: each FILE (PLY or PCD) is one view of the same scene.
@@ -47,6 +49,15 @@ struct Arguments {
     /// Where registration starts; files hold no poses, so that only `identity` works
     #[arg(long, default_value = "identity")]
     initial_guess: InitialGuess,
+    /// Say where the object is dented, too
+    #[arg(long)]
+    deformation: bool,
+    /// Undeformed objects, LABEL.ply, to compare with [default: the shipped ones]
+    #[arg(long, value_name = "FOLDER", requires = "deformation")]
+    references: Option<PathBuf>,
+    /// Where the camera was in each file's frame, m; 0,0,0 for clouds as a camera gives them [default: unknown]
+    #[arg(long, value_name = "X,Y,Z", requires = "deformation", allow_hyphen_values = true, value_parser = place)]
+    viewpoint: Option<Point3<f64>>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -62,6 +73,17 @@ enum Units {
 enum InitialGuess {
     Identity,
     Kinematic,
+}
+
+fn place(text: &str) -> Result<Point3<f64>, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map_while(|word| word.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [x, y, z] if text.split(',').count() == 3 => Ok(Point3::new(x, y, z)),
+        _ => Err("three numbers are needed, like 0,0,0".to_owned()),
+    }
 }
 
 fn main() -> ExitCode {
@@ -87,6 +109,11 @@ fn run(arguments: &Arguments) -> Result<()> {
             "classify_files: the CPU provider is used: {reason}"
         ));
     }
+    let references = match (arguments.deformation, &arguments.references) {
+        (false, _) => None,
+        (true, Some(folder)) => Some(Library::open(folder)?),
+        (true, None) => Some(Library::open(shipped_references()?)?),
+    };
     let scene = Scene {
         metres_per_file_unit: match arguments.units {
             Units::M => 1.0,
@@ -109,10 +136,20 @@ fn run(arguments: &Arguments) -> Result<()> {
             ));
         }
     }
+    let deformed =
+        references.map(|library| measure_deformation(&classified, &library, arguments.viewpoint));
     if arguments.json {
-        program::print(format_args!("{:#}\n", classified.to_json(&model)))?;
+        let mut answer = classified.to_json(&model);
+        if let Some(deformed) = &deformed {
+            answer["deformation"] = deformed.to_json();
+            answer["timing_ms"]["deformation"] = (1e3 * deformed.time.as_secs_f64()).into();
+        }
+        program::print(format_args!("{answer:#}\n"))?;
     } else {
         program::print(classified.to_text(&model))?;
+        if let Some(deformed) = &deformed {
+            program::print(format_args!("{}\n", deformed.summary))?;
+        }
     }
     Ok(())
 }

@@ -87,6 +87,39 @@ fn millimetres_and_metres_give_the_same_answer() {
 }
 
 #[test]
+fn deformation_is_measured_on_request_by_the_names_of_its_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let can = can_file(&folder, "can.ply", 1.0);
+    let can = can.to_str().unwrap();
+    let answer = |arguments: &[&str]| -> Value {
+        let output = run(&[&["--json", can], arguments].concat());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    assert!(answer(&[]).get("deformation").is_none());
+    let shipped = answer(&["--deformation"])["deformation"].clone();
+    assert!(shipped["dents"].is_array() && shipped["fits"].is_boolean());
+    let summary = shipped["summary"].as_str().unwrap();
+    let text = run(&["--deformation", can]);
+    assert!(String::from_utf8(text.stdout).unwrap().contains(summary));
+
+    let none = folder.path().join("none");
+    std::fs::create_dir(&none).unwrap();
+    let without = answer(&["--deformation", "--references", none.to_str().unwrap()]);
+    assert_eq!(without["deformation"]["fits"], false);
+    assert!(
+        !without["deformation"]["reason"]
+            .as_str()
+            .unwrap()
+            .is_empty()
+    );
+    let message = refusal(&["--deformation", "--references", "/no/such", can], 1);
+    assert!(message.contains("/no/such"), "{message}");
+    let message = refusal(&["--deformation", "--viewpoint", "0,0", can], 2);
+    assert!(message.contains("three numbers"), "{message}");
+    assert!(refusal(&["--viewpoint", "0,0,0", can], 2).contains("--deformation"));
+}
+
+#[test]
 fn wrong_usage_exits_with_2_and_says_what_is_wrong() {
     assert!(refusal(&[], 2).contains("FILE"));
     assert!(refusal(&["--up", "up", "x.ply"], 2).contains("\"up\" is no axis"));

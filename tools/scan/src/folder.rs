@@ -1,8 +1,10 @@
 //! A scan on disk.
 
+use crate::deformation::{DEVIATION, to_json};
+use crate::page::page;
 use crate::recording::Recorded;
 use anyhow::{Context, Result, ensure};
-use msg::deformable_cobot::{Classification, View, ViewRegistration};
+use msg::deformable_cobot::{Classification, Deformation, View, ViewRegistration};
 use msg::geometry_msgs::Transform;
 use msg::sensor_msgs::PointCloud2;
 use serde::Serialize;
@@ -34,6 +36,9 @@ struct Description<'a> {
     frame: &'a str,
     object_points: usize,
     registered_points: usize,
+    /// As `scan --json` has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    deformation: Option<serde_json::Value>,
     views: Vec<DescribedView<'a>>,
 }
 
@@ -103,10 +108,15 @@ impl Folder {
     ///
     /// # Errors
     /// A file cannot be written, or the folder was made by somebody else meanwhile.
-    pub fn save(self, scan: &Recorded, answer: &Classification) -> Result<PathBuf> {
+    pub fn save(
+        self,
+        scan: &Recorded,
+        answer: &Classification,
+        deformation: Option<&Deformation>,
+    ) -> Result<PathBuf> {
         let at = |what| format!("cannot {what} {}", self.unfinished.display());
         fs::create_dir(&self.unfinished).with_context(|| at("make"))?;
-        self.fill(scan, answer)?;
+        self.fill(scan, answer, deformation)?;
         // An empty folder would be replaced.
         ensure!(
             !self.target.exists(),
@@ -117,7 +127,12 @@ impl Folder {
         Ok(self.target.clone())
     }
 
-    fn fill(&self, scan: &Recorded, answer: &Classification) -> Result<()> {
+    fn fill(
+        &self,
+        scan: &Recorded,
+        answer: &Classification,
+        deformation: Option<&Deformation>,
+    ) -> Result<()> {
         let write = |name: &str, cloud: &PointCloud2| -> Result<usize> {
             let points = msg::cloud::to_points(cloud)?.points;
             cloud::write_pcd(self.unfinished.join(name), &points)?;
@@ -151,12 +166,37 @@ impl Folder {
             model_id: &answer.model_id,
             provider: &answer.provider,
             frame: &scan.registered.header.frame_id,
-            object_points: write("object.pcd", &scan.object.cloud)?,
+            object_points: self.write_object(scan, deformation)?,
             registered_points: write("registered.pcd", &scan.registered.cloud)?,
+            deformation: deformation.map(to_json),
             views,
         };
-        let path = self.unfinished.join("scan.yaml");
-        let text = serde_yaml::to_string(&description)?;
+        self.write("scan.yaml", &serde_yaml::to_string(&description)?)?;
+        self.write("scan.html", &page(scan, answer, deformation)?)
+    }
+
+    /// With a field of deviations where they were measured.
+    fn write_object(&self, scan: &Recorded, deformation: Option<&Deformation>) -> Result<usize> {
+        let path = self.unfinished.join("object.pcd");
+        let measured = deformation.filter(|found| !found.cloud.data.is_empty());
+        let points = match measured {
+            None => {
+                let points = msg::cloud::to_points(&scan.object.cloud)?.points;
+                cloud::write_pcd(path, &points)?;
+                points
+            }
+            Some(found) => {
+                let points = msg::cloud::to_points(&found.cloud)?.points;
+                let deviations = msg::cloud::values(&found.cloud, DEVIATION)?;
+                cloud::write_pcd_field(path, &points, DEVIATION, &deviations)?;
+                points
+            }
+        };
+        Ok(points.len())
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<()> {
+        let path = self.unfinished.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     }
 }
@@ -239,12 +279,18 @@ mod tests {
         let target = parent.path().join("can");
         let saved = Folder::beside(&target)
             .unwrap()
-            .save(&scan(), &Classification::default())
+            .save(&scan(), &Classification::default(), None)
             .unwrap();
         assert_eq!(saved, target);
         assert_eq!(
             names(&target),
-            ["object.pcd", "registered.pcd", "scan.yaml", "view_1.pcd"]
+            [
+                "object.pcd",
+                "registered.pcd",
+                "scan.html",
+                "scan.yaml",
+                "view_1.pcd"
+            ]
         );
         let error = Folder::beside(&target).err().unwrap().to_string();
         assert!(error.contains("exists already"), "{error}");
@@ -255,10 +301,31 @@ mod tests {
         assert!(
             Folder::beside(&other)
                 .unwrap()
-                .save(&broken, &Classification::default())
+                .save(&broken, &Classification::default(), None)
                 .is_err()
         );
         assert_eq!(names(parent.path()), ["can"]);
+    }
+
+    #[test]
+    fn deviations_are_a_field_of_the_object() {
+        let parent = tempfile::tempdir().unwrap();
+        let scan = scan();
+        let points = [Point3::new(0.1, 0.2, 0.3)];
+        let deformation = Deformation {
+            cloud: msg::cloud::with_field(Header::default(), &points, DEVIATION, &[-0.004]),
+            summary: "dented: 4 mm at 61 mm height".into(),
+            ..Default::default()
+        };
+        let target = Folder::beside(&parent.path().join("can"))
+            .unwrap()
+            .save(&scan, &Classification::default(), Some(&deformation))
+            .unwrap();
+        let object = fs::read(target.join("object.pcd")).unwrap();
+        assert!(String::from_utf8_lossy(&object).contains("FIELDS x y z deviation"));
+        assert!(object.ends_with(&(-0.004f32).to_le_bytes()));
+        let described = fs::read_to_string(target.join("scan.yaml")).unwrap();
+        assert!(described.contains("summary: 'dented: 4 mm at 61 mm height'"));
     }
 
     #[test]

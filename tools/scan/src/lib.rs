@@ -4,7 +4,9 @@
 pub mod answer;
 pub mod bar;
 pub mod client;
+pub mod deformation;
 pub mod folder;
 pub mod goal;
+pub mod page;
 pub mod program;
 pub mod recording;

@@ -7,6 +7,7 @@ use node::Node;
 use scan::answer;
 use scan::bar::Bar;
 use scan::client::Client;
+use scan::deformation::{self, Deformations};
 use scan::folder::Folder;
 use scan::program;
 use scan::recording::Recording;
@@ -31,7 +32,8 @@ struct Arguments {
     /// Print the answer as one JSON object
     #[arg(long)]
     json: bool,
-    /// Make this folder, with each view, the registered cloud and the object as PCD and the answer as scan.yaml
+    /// Make this folder, with each view, the registered cloud and the object as PCD, the answer as scan.yaml, and
+    /// scan.html, which shows it in a browser
     #[arg(long, value_name = "FOLDER")]
     save: Option<PathBuf>,
 }
@@ -47,6 +49,7 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
         Some(_) => Some(Recording::listen(&node).await?),
         None => None,
     };
+    let deformations = Deformations::listen(&node)?;
     let mut client = Client::connect(&node).await?;
     let bar = Bar::default();
     let goal = ScanObjectGoal {
@@ -56,17 +59,23 @@ async fn scan(node: Node, arguments: Arguments) -> Result<()> {
     let end = client.scan(goal, &bar).await;
     bar.clear();
     let classification = end?;
+    let deformation = deformations.of(&classification.scan_id).await;
     if let (Some(folder), Some(recording)) = (folder, &recording) {
         let recorded = recording.of(&classification.scan_id).await?;
         let path = folder
-            .save(&recorded, &classification)
+            .save(&recorded, &classification, deformation.as_ref())
             .context("cannot save the scan")?;
         program::note(format_args!("saved in {}", path.display()));
     }
     if arguments.json {
-        program::print(format_args!("{:#}\n", answer::to_json(&classification)))?;
+        let mut answer = answer::to_json(&classification);
+        answer["deformation"] = deformation.as_ref().map(deformation::to_json).into();
+        program::print(format_args!("{answer:#}\n"))?;
     } else {
         program::print(format_args!("{}\n", answer::to_text(&classification)))?;
+        if let Some(deformation) = deformation {
+            program::print(format_args!("{}\n", deformation.summary))?;
+        }
     }
     Ok(())
 }

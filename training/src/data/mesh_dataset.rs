@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use mesh::{Mesh, file::MILLIMETRE};
 use sim_dataset::digest::hex_digest;
-use sim_dataset::folder::Folder;
+use sim_dataset::folder::{Folder, REFERENCES};
 use sim_dataset::manifest::{Row, from_csv};
 use sim_dataset::plan::file_name;
 use sim_objects::ObjectClass;
@@ -156,7 +156,8 @@ fn meshes(folder: &Path, text: &[u8]) -> Result<Vec<Made>> {
 /// Refuses mesh files that the manifest does not list: a user may have meant to add them.
 fn refuse_foreign(folder: &Path, made: &[Made]) -> Result<()> {
     let known: HashSet<&PathBuf> = made.iter().map(|(path, _)| path).collect();
-    for object in list(folder)?.iter().filter(|path| path.is_dir()) {
+    let of_objects = |path: &&PathBuf| path.is_dir() && !path.ends_with(REFERENCES);
+    for object in list(folder)?.iter().filter(of_objects) {
         let files = list(object)?;
         if let Some(foreign) = files.iter().find(|path| !known.contains(path)) {
             bail!(

@@ -196,8 +196,32 @@ pub fn write_ply(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), F
 /// # Errors
 /// [`FileError::Write`] if the file cannot be written; a file that existed before is then unchanged.
 pub fn write_pcd(path: impl AsRef<Path>, points: &[Point3<f32>]) -> Result<(), FileError> {
-    let path = path.as_ref();
-    let bytes = pcd::encode(points).map_err(|fault| fault.of(path, "PCD"))?;
+    write_pcd_with(path.as_ref(), points, None)
+}
+
+/// The same with a field of one more number for each point.
+///
+/// # Errors
+/// As [`write_pcd`].
+///
+/// # Panics
+/// There are not as many numbers as points.
+pub fn write_pcd_field(
+    path: impl AsRef<Path>,
+    points: &[Point3<f32>],
+    name: &str,
+    values: &[f32],
+) -> Result<(), FileError> {
+    assert_eq!(points.len(), values.len());
+    write_pcd_with(path.as_ref(), points, Some((name, values)))
+}
+
+fn write_pcd_with(
+    path: &Path,
+    points: &[Point3<f32>],
+    more: Option<(&str, &[f32])>,
+) -> Result<(), FileError> {
+    let bytes = pcd::encode(points, more).map_err(|fault| fault.of(path, "PCD"))?;
     replace(path, &bytes)
 }
 

@@ -6,8 +6,7 @@ use std::io::{Cursor, ErrorKind};
 
 use nalgebra::Point3;
 use pcd_rs::{
-    DataKind, DynReader, DynRecord, DynWriter, Error, Field, Schema, ValueKind, ViewPoint,
-    WriterInit,
+    DataKind, DynReader, DynRecord, DynWriter, Error, Field, ValueKind, ViewPoint, WriterInit,
 };
 
 use super::{Fault, Raw, one_line};
@@ -201,31 +200,34 @@ fn numbers(record: &DynRecord, places: [usize; 3]) -> Option<[f32; 3]> {
     }
 }
 
-/// A binary PCD file of these points.
-pub(super) fn encode(points: &[Point3<f32>]) -> Result<Vec<u8>, Fault> {
+/// A binary PCD file of these points, and of one more number each.
+pub(super) fn encode(
+    points: &[Point3<f32>],
+    more: Option<(&str, &[f32])>,
+) -> Result<Vec<u8>, Fault> {
     let mut bytes = Cursor::new(Vec::new());
-    let axis = |name| (name, ValueKind::F32, 1);
+    let names = ["x", "y", "z"]
+        .into_iter()
+        .chain(more.map(|(name, _)| name));
     let mut writer: DynWriter<_> = WriterInit {
         width: points.len() as u64,
         height: 1,
         viewpoint: ViewPoint::default(),
         data_kind: DataKind::Binary,
-        schema: Some(Schema::from_iter([axis("x"), axis("y"), axis("z")])),
+        schema: Some(names.map(|name| (name, ValueKind::F32, 1)).collect()),
         version: None,
     }
     .build_from_writer(&mut bytes)
     .map_err(fault)?;
-    let record = |point: &Point3<f32>| {
-        DynRecord(
-            point
-                .iter()
-                .map(|&coordinate| Field::F32(vec![coordinate]))
-                .collect(),
-        )
+    let record = |index: usize, point: &Point3<f32>| {
+        let more = more.and_then(|(_, values)| values.get(index));
+        let values = point.iter().chain(more);
+        DynRecord(values.map(|&value| Field::F32(vec![value])).collect())
     };
     let pushed = points
         .iter()
-        .try_for_each(|point| writer.push(&record(point)));
+        .enumerate()
+        .try_for_each(|(index, point)| writer.push(&record(index, point)));
     // The writer panics if it is dropped unfinished, also after an error.
     let finished = writer.finish();
     pushed.and(finished).map_err(fault)?;

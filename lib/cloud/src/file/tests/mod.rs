@@ -106,6 +106,10 @@ fn what_is_written_is_read_back() {
     write_pcd(&pcd, &POINTS).unwrap();
     assert_eq!(read(&ply).unwrap().points, POINTS);
     assert_eq!(read(&pcd).unwrap().points, POINTS);
+    write_pcd_field(&pcd, &POINTS, "deviation", &[0.5; POINTS.len()]).unwrap();
+    assert_eq!(read(&pcd).unwrap().points, POINTS);
+    let text = fs::read(&pcd).unwrap();
+    assert!(String::from_utf8_lossy(&text).contains("FIELDS x y z deviation"));
     write_ply(&ply, &[]).unwrap();
     write_pcd(&pcd, &[]).unwrap();
     assert_eq!(read(&ply).unwrap(), Cloud::default());
@@ -153,7 +157,7 @@ fn compressed_pcd_is_read_and_lies_about_its_size_are_refused() {
 
 #[test]
 fn files_cut_at_every_byte_are_refused() {
-    let pcd = pcd::encode(&POINTS).unwrap();
+    let pcd = pcd::encode(&POINTS, None).unwrap();
     let files = [
         ("view.ply", binary_ply("binary_little_endian", true)),
         ("view.ply", binary_ply("binary_big_endian", false)),

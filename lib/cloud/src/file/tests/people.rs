@@ -117,7 +117,7 @@ fn text_before_the_numbers_may_be_in_any_encoding() {
         let marked = [b"\xEF\xBB\xBF", file.as_slice()].concat();
         assert_eq!(points("view.ply", &marked), POINTS);
     }
-    let plain = pcd::encode(&POINTS).unwrap();
+    let plain = pcd::encode(&POINTS, None).unwrap();
     for plain in [&plain, ASCII_PCD.as_bytes()] {
         let file = [b"# Pr\xFCfstand 3\n", plain].concat();
         assert_eq!(points("view.pcd", &file), POINTS);

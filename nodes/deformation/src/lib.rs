@@ -1,0 +1,26 @@
+//! How an object is deformed: its cloud against the undeformed shape.
+//!
+//! [`measure`] lays a [`Reference`] into an object's cloud, robustly, so that dents and fingers do not pull it; takes each
+//! point's distance from it along its normals, in units of what the camera is uncertain by at that distance and angle;
+//! and gathers what lies significantly inside to [`Dent`]s.
+
+mod answer;
+mod bottom;
+mod dents;
+mod field;
+mod fit;
+mod layer;
+mod library;
+mod observation;
+mod parameters;
+mod reference;
+mod sites;
+mod starts;
+mod words;
+
+pub use answer::{Dent, Doubt, Measured, measure};
+pub use fit::Placement;
+pub use library::{Library, LibraryError, shipped_references};
+pub use observation::Observation;
+pub use parameters::Parameters;
+pub use reference::{Reference, ReferenceError};

@@ -1,0 +1,220 @@
+//! References by label: files of a folder.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mesh::file::{self, FileError, MILLIMETRE};
+
+use crate::reference::{Reference, ReferenceError};
+
+/// Undeformed objects by label.
+///
+/// Each is prepared when it is first asked for.
+pub struct Library {
+    files: BTreeMap<String, PathBuf>,
+    prepared: Mutex<BTreeMap<String, Arc<Reference>>>,
+}
+
+/// No reference for a label.
+#[derive(Debug, thiserror::Error)]
+pub enum LibraryError {
+    /// The folder cannot be listed.
+    #[error("references: the folder {} cannot be read; name one with LABEL.ply or LABEL.obj, or leave it empty", path.display())]
+    Folder {
+        /// As the user named it.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The system does not say where the program is.
+    #[error("cannot tell where this program is; name the folder of references")]
+    Program(#[source] std::io::Error),
+    /// Nobody has put one there.
+    #[error(
+        "no reference for the label '{label}': put {label}.ply, in millimetres, into the folder of references"
+    )]
+    NoReference {
+        /// What was asked for.
+        label: String,
+    },
+    /// The file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Its mesh cannot serve.
+    #[error("the reference {} {source}", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: ReferenceError,
+    },
+}
+
+impl Library {
+    /// Lists the folder; an empty path means that there are none.
+    ///
+    /// # Errors
+    /// [`LibraryError::Folder`].
+    pub fn open(folder: impl AsRef<Path>) -> Result<Self, LibraryError> {
+        let folder = folder.as_ref();
+        let mut files = BTreeMap::new();
+        if folder != Path::new("") {
+            let in_folder = |source| LibraryError::Folder {
+                path: folder.to_owned(),
+                source,
+            };
+            for entry in std::fs::read_dir(folder).map_err(in_folder)? {
+                let path = entry.map_err(in_folder)?.path();
+                let extension = path.extension().and_then(OsStr::to_str);
+                let is_mesh = matches!(extension, Some("ply" | "obj"));
+                if let (true, Some(label)) = (is_mesh, path.file_stem().and_then(OsStr::to_str)) {
+                    files.insert(label.to_owned(), path);
+                }
+            }
+        }
+        Ok(Self {
+            files,
+            prepared: Mutex::default(),
+        })
+    }
+
+    /// Labels that have a reference.
+    pub fn labels(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// The reference of a label.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be used.
+    pub fn get(&self, label: &str) -> Result<Arc<Reference>, LibraryError> {
+        let mut prepared = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(reference) = prepared.get(label) {
+            return Ok(Arc::clone(reference));
+        }
+        let path = self
+            .files
+            .get(label)
+            .ok_or_else(|| LibraryError::NoReference {
+                label: label.to_owned(),
+            })?;
+        let mesh = file::read(path, MILLIMETRE)?.mesh();
+        let reference = Reference::new(path.display().to_string(), &mesh);
+        let reference = Arc::new(reference.map_err(|source| LibraryError::Unusable {
+            path: path.clone(),
+            source,
+        })?);
+        prepared.insert(label.to_owned(), Arc::clone(&reference));
+        Ok(reference)
+    }
+}
+
+/// The shipped references: `config/references` of the checkout or of the installed package that the program is in.
+///
+/// # Errors
+/// [`LibraryError::Program`]. Whether the folder is there, [`Library::open`] says.
+pub fn shipped_references() -> Result<PathBuf, LibraryError> {
+    let executable = std::env::current_exe().map_err(LibraryError::Program)?;
+    // target/release/PROGRAM in the checkout, lib/deformable_cobot/PROGRAM where it is installed.
+    let root = executable.ancestors().nth(3).unwrap_or(Path::new("/"));
+    let checkout = root.join("config/references");
+    Ok(if checkout.is_dir() {
+        checkout
+    } else {
+        root.join("share/deformable_cobot/config/references")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use mesh::Mesh;
+
+    use super::*;
+
+    fn folder_with(mesh: &Mesh) -> (tempfile::TempDir, Library) {
+        let folder = tempfile::tempdir().unwrap();
+        file::write_ply(folder.path().join("thing.ply"), mesh).unwrap();
+        std::fs::write(folder.path().join("notes.txt"), "not a mesh").unwrap();
+        let library = Library::open(folder.path()).unwrap();
+        (folder, library)
+    }
+
+    fn refusal(mesh: &Mesh) -> String {
+        let (_folder, library) = folder_with(mesh);
+        library.get("thing").map(|_| ()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_file_is_the_reference_of_its_name() {
+        let (_folder, library) = folder_with(&Mesh::cylinder(0.03, 0.0, 0.1, 64).subdivided());
+        assert_eq!(library.labels().collect::<Vec<_>>(), ["thing"]);
+        let reference = library.get("thing").unwrap();
+        assert!(reference.id().ends_with("thing.ply"));
+        assert!((reference.height_m() - 0.1).abs() < 1e-6);
+        assert!(Arc::ptr_eq(&reference, &library.get("thing").unwrap()));
+    }
+
+    #[test]
+    fn labels_without_a_file_are_named_with_the_remedy() {
+        let (_folder, library) = folder_with(&Mesh::cylinder(0.03, 0.0, 0.1, 64));
+        for label in ["teapot", "", "../thing", "notes"] {
+            let text = library.get(label).map(|_| ()).unwrap_err().to_string();
+            assert!(text.contains(&format!("{label}.ply")), "{text}");
+        }
+        let none = Library::open("").unwrap();
+        assert!(none.get("thing").is_err());
+    }
+
+    #[test]
+    fn meshes_that_cannot_serve_are_refused_with_the_remedy() {
+        let can = Mesh::cylinder(0.03, 0.0, 0.1, 64).subdivided();
+        let scaled = |factor: f32| {
+            let mut mesh = can.clone();
+            mesh.vertices.iter_mut().for_each(|v| v.coords *= factor);
+            mesh
+        };
+        // Metres in a file that is read as millimetres.
+        assert!(refusal(&scaled(0.001)).contains("millimetres"));
+        assert!(refusal(&scaled(100.0)).contains("millimetres"));
+        let mut cloud = can.clone();
+        cloud.triangles.clear();
+        assert!(refusal(&cloud).contains("no faces"));
+        let mut open = can.clone();
+        open.triangles.truncate(can.triangles.len() / 2);
+        assert!(refusal(&open).contains("close the surface"));
+        let mut mixed = can.clone();
+        mixed
+            .triangles
+            .iter_mut()
+            .step_by(2)
+            .for_each(|t| t.swap(0, 1));
+        assert!(refusal(&mixed).contains("outside"));
+        let flat = Mesh {
+            vertices: vec![Default::default(), nalgebra::Point3::new(0.1, 0.0, 0.0)],
+            triangles: vec![[0, 1, 0]],
+        };
+        assert!(!refusal(&flat).is_empty());
+    }
+
+    #[test]
+    fn a_mesh_inside_out_is_turned_and_a_small_hole_does_no_harm() {
+        let can = Mesh::cylinder(0.03, 0.0, 0.1, 64).subdivided();
+        let mut inside_out = can.clone();
+        inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        inside_out.triangles.pop();
+        let (_folder, library) = folder_with(&inside_out);
+        assert!(library.get("thing").is_ok());
+    }
+
+    #[test]
+    fn a_folder_that_is_not_there_is_named() {
+        let text = Library::open("/no/such/folder")
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
+        assert!(text.contains("/no/such/folder"), "{text}");
+    }
+}
