@@ -7,7 +7,6 @@ use anyhow::{Context, Result};
 use classifier::{Answer, Model};
 use cloud::{Cloud, Dropped};
 use icp_registration::{InitialGuess, Registrar, ViewEvidence};
-use nalgebra::Point3;
 use roi_crop::{Axis, Crop, Cropper, Frame};
 use serde_json::{Value, json};
 

@@ -89,7 +89,7 @@ impl Case {
         };
         let before = Setup::random(&undented, &parameters, &mut random.clone());
         let setup = Setup::random(&object, &parameters, &mut random);
-        let views = capture(&setup, &parameters, &mut random)?;
+        let views = capture(&setup, &mut random)?;
         let mut registrar = Registrar::new(parameters.registration.clone())?;
         let mut cloud_from_cameras = Vec::new();
         for view in &views {
