@@ -24,7 +24,7 @@ pub fn write(model: &Path, labels: &[String], datasets: &[PathBuf]) -> Result<()
         let class = ObjectClass::ALL
             .into_iter()
             .find(|class| class.name() == label);
-        match (of_datasets.filter(|path| path.is_file()).last(), class) {
+        match (of_datasets.rev().find(|path| path.is_file()), class) {
             (Some(from), _) => {
                 let bytes =
                     fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;

@@ -402,7 +402,7 @@ async fn run(seed: u64) {
         let life = Life::until(std::future::pending());
         let scanned = bench
             .scanner
-            .scan(if seed % 2 == 0 { 0 } else { 3 }, &life)
+            .scan(if seed.is_multiple_of(2) { 0 } else { 3 }, &life)
             .await;
         assert_eq!(
             (scanned.outcome, &scanned.answer.error[..]),

@@ -85,9 +85,9 @@ impl<C> Passages<C> {
     /// Looks at the clouds whose joint states have come.
     fn follow(&mut self) -> Option<Vec<PassageView<C>>> {
         let mut ended = None;
-        while let Some((stamp, cloud)) = self
-            .clouds
-            .pop_front_if(|(stamp, _)| self.track.reaches(*stamp))
+        while let Some((stamp, _)) = self.clouds.front()
+            && self.track.reaches(*stamp)
+            && let Some((stamp, cloud)) = self.clouds.pop_front()
         {
             let Some(angle_rad) = self.track.at(stamp) else {
                 continue;
