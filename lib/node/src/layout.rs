@@ -35,6 +35,9 @@ enum Item {
 
 impl Layout {
     /// Reads exactly one message from `reader` into `bytes`, which grows as bytes arrive, never ahead of them.
+    ///
+    /// # Errors
+    /// The reader fails or ends early, or a length exceeds its limit.
     pub fn read(&self, reader: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
         self.read_counting(reader, bytes, &mut 0)
     }

@@ -22,6 +22,9 @@ pub struct Transforms {
 
 impl Node {
     /// Listens to /tf and /tf_static. Call it once; clone the result.
+    ///
+    /// # Errors
+    /// The topics cannot be subscribed to.
     pub fn transforms(&self) -> anyhow::Result<Transforms> {
         Transforms::listen(self)
     }
@@ -56,6 +59,9 @@ impl Transforms {
     }
 
     /// target_from_source at `stamp`, as far as is known now.
+    ///
+    /// # Errors
+    /// [`TransformError`]: the frames are not connected, or not known at that time.
     pub fn lookup(
         &self,
         target: &str,
@@ -66,6 +72,9 @@ impl Transforms {
     }
 
     /// target_from_source at `stamp`, waiting up to `patience` for what may still arrive.
+    ///
+    /// # Errors
+    /// [`TransformError`], as for [`Transforms::lookup`], once `patience` is over.
     pub async fn wait(
         &self,
         target: &str,

@@ -128,6 +128,9 @@ impl Node {
     /// The private parameters, completed with the defaults of `P`.
     ///
     /// `P` must deny unknown fields; `validate` names what is out of range. Both stop the node with a message.
+    ///
+    /// # Errors
+    /// A parameter is unknown, has another type, or is refused by `validate`; or the master cannot be asked.
     pub fn parameters<P, E>(
         &self,
         validate: impl Fn(&P) -> Result<(), E>,
@@ -150,6 +153,9 @@ impl Node {
     }
 
     /// Publishes on `topic`, keeping `queue` messages for slow subscribers.
+    ///
+    /// # Errors
+    /// The name is invalid, or this node already publishes another type on the topic.
     ///
     /// # Errors
     /// Where the name is none, or this node publishes the topic already.
@@ -176,6 +182,9 @@ impl Node {
     }
 
     /// Calls `callback` with each message on `topic`, one at a time, on a thread of its own.
+    ///
+    /// # Errors
+    /// The name is invalid, or the topic cannot be registered.
     pub fn subscribe<T: Message>(
         &self,
         topic: &str,

@@ -55,6 +55,9 @@ impl<P> Tuned<P> {
 
 impl Node {
     /// Lets `tunables` of the node's parameters be changed. A change that `validate` refuses is not made.
+    ///
+    /// # Errors
+    /// The topics or the service of dynamic_reconfigure cannot be offered.
     pub fn tune<P, E>(
         &self,
         parameters: P,

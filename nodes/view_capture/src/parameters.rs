@@ -157,7 +157,10 @@ impl Parameters {
         view_spacing_rad: f64, 0.02..=3.2, "rad", "Turn between the views of a sweep";
     };
 
-    /// Names the first parameter that is out of range.
+    /// Checks that every parameter is in its range.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
         for tunable in Self::TUNABLES {
             tunable.check(self)?;

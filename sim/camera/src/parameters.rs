@@ -82,7 +82,10 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// Refuses what cannot be meant.
+    /// Checks that every parameter is in its range.
+    ///
+    /// # Errors
+    /// Names the first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
         if let Held::Unknown(_) = self.held() {
             let names = ObjectClass::ALL.map(ObjectClass::name).join(", ");

@@ -23,6 +23,9 @@ pub enum LayoutError {
 
 impl Layout {
     /// Parses a definition with the messages that it uses, as connection headers carry it.
+    ///
+    /// # Errors
+    /// [`LayoutError`]: the definition is malformed, or lacks a message that it uses.
     pub fn parse(definition: &str) -> Result<Self, LayoutError> {
         let separator = "=".repeat(80);
         let mut sections = definition.split(&separator);

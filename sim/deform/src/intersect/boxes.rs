@@ -1,9 +1,13 @@
-//! A tree of axis-parallel boxes over a mesh's triangles.
+//! A bounding volume hierarchy: a tree of axis-parallel boxes over a mesh's triangles.
+//!
+//! Measured beside parry3d-f64 0.31's `Bvh`, refitted to the moved vertices, in one run on one core: with 6,000 triangles a
+//! whole check for self-intersections takes 1.7 ms with ours and 1.4 ms with parry's, with 51,000 it takes 15 and 11 ms; both
+//! find the same. parry is faster, but would bring some forty crates for a millisecond a dent.
 
 use nalgebra::{Point3, Vector3};
 
-/// Triangles in a leaf, at most.
-const LEAF_MAX: usize = 4;
+/// Triangles in a leaf, at most. Measured with 1 to 16: 8 is the fastest.
+const LEAF_MAX: usize = 8;
 
 /// The tree's topology: which triangles share a leaf. The boxes themselves are computed anew for each set of vertices.
 pub(super) struct BoxTree {
@@ -128,8 +132,12 @@ struct Boxes {
 
 impl Boxes {
     fn new(tree: &BoxTree, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
-        let of_triangle =
-            |corners: &[u32; 3]| Aabb::around(corners.iter().map(|&v| vertices_m[v as usize]));
+        // A vertex has six triangles on average: round it once.
+        let corners: Vec<Aabb> = vertices_m.iter().map(Aabb::of_point).collect();
+        let of_triangle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| &corners[vertex as usize]);
+            a.with(b).with(c)
+        };
         let leaves: Vec<Aabb> = triangles.iter().map(of_triangle).collect();
         let mut nodes = vec![Aabb::EMPTY; tree.nodes.len()];
         for (index, node) in tree.nodes.iter().enumerate().rev() {
