@@ -9,6 +9,8 @@
 # make screenshot              README's picture of a scan in RViz, drawn without a screen
 # make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
 # make fault-table             docs/faults.md: what may go wrong and what happens then, from the tests and their last results
+# make figures                 docs/figures.md: how often the shipped model is right, as in training and beyond
+#     [SPECIMENS=100 SHIFTED=10]   specimens of each class in the two kinds of test; some 20 minutes as it is
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
 # make lint                    formatting, warnings, documentation, spelling, licences and sources of all dependencies
@@ -18,7 +20,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-real test-cluster test-hosts test-distros fault-table build screenshot interface bench soak lint audit setup
+.PHONY: demo test test-real test-cluster test-hosts test-distros fault-table figures build screenshot interface bench soak lint audit setup
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -70,6 +72,13 @@ test-hosts: build
 # From the results of the last `make test` and `make test-hosts`.
 fault-table:
 	$(PYTHON) tests/fault_table.py
+
+SPECIMENS := 100
+SHIFTED := 10
+figures:
+	cargo build --release --workspace --bin evaluate
+	target/release/evaluate --specimens $(SPECIMENS) --seed 77 --figures docs/figures.json
+	target/release/evaluate --shift --specimens $(SHIFTED) --seed 78 --figures docs/figures.json
 
 test-distros:
 	setup/install debootstrap

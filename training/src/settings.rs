@@ -20,6 +20,10 @@ pub struct Settings {
     pub specimens_per_class: usize,
     /// Number of random solids to train on beside them, from which the model learns to call objects unknown.
     pub strangers: usize,
+    /// Number of objects of the eight's kinds and nearly their sizes to train on as unknown; the shipped model was trained
+    /// without.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub near_strangers: usize,
     /// Number of validation specimens of each class, and of random solids.
     pub validation_specimens_per_class: usize,
     /// N, points of a cloud that the network sees.
@@ -45,12 +49,17 @@ pub struct Settings {
     pub only_datasets: bool,
 }
 
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
             seed: 1,
             specimens_per_class: 700,
             strangers: 750,
+            near_strangers: 0,
             validation_specimens_per_class: 60,
             point_count: 128,
             centring: "sphere".to_owned(),
@@ -126,6 +135,7 @@ impl Settings {
             self.validation_specimens_per_class,
         )?;
         in_range("strangers", self.strangers, 0..=1_000_000, "")?;
+        in_range("near_strangers", self.near_strangers, 0..=1_000_000, "")?;
         in_range("point_count", self.point_count, 8..=4096, "")?;
         let Architecture {
             transformer_features,

@@ -14,4 +14,4 @@ pub use denter::{Dent, DentError, Denter};
 pub use flatten::Flattening;
 pub use one_ring::MeshFault;
 pub use settings::Settings;
-pub use specimen::{SQUEEZE_MAX_M, SqueezeError, specimen, squeeze};
+pub use specimen::{SQUEEZE_MAX_M, SqueezeError, pressed, specimen, squeeze};

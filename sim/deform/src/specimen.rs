@@ -42,9 +42,22 @@ pub fn specimen(
     squeeze_m: f64,
     seed: u64,
 ) -> Result<Mesh, SqueezeError> {
+    check(squeeze_m)?;
+    pressed(class, variation, squeeze_m, seed)
+}
+
+/// As [`specimen`], however deep the dent; it is shallower where the fingers would meet or the surface would fold.
+///
+/// # Errors
+/// No grasp of the object can be pressed, or a depth that is no number.
+pub fn pressed(
+    class: ObjectClass,
+    variation: &Variation,
+    squeeze_m: f64,
+    seed: u64,
+) -> Result<Mesh, SqueezeError> {
     static DENTERS: [OnceLock<Denter>; ObjectClass::ALL.len()] =
         [const { OnceLock::new() }; ObjectClass::ALL.len()];
-    check(squeeze_m)?;
     let mut mesh = class.mesh(&Variation::NONE);
     if squeeze_m > 0.0 {
         let place = &DENTERS[class as usize];

@@ -82,6 +82,13 @@ impl ObjectClass {
         }
     }
 
+    /// Width and height of the undented object, m.
+    pub fn size_m(self) -> [f32; 2] {
+        let outline = self.outline_m();
+        let most = |axis: usize| outline.iter().map(|place| place[axis]).fold(0.0, f32::max);
+        [2.0 * most(0), most(1)]
+    }
+
     /// The undented object in the object frame.
     pub fn mesh(self, variation: &Variation) -> Mesh {
         let mut mesh = revolve(&self.outline_m(), SEGMENTS);

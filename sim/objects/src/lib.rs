@@ -11,6 +11,7 @@
 //! ```
 
 mod class;
+mod near;
 mod outline;
 mod profile;
 mod solid;
@@ -18,6 +19,7 @@ mod stranger;
 mod variation;
 
 pub use class::{ObjectClass, UnknownObject};
+pub use near::{Difference, Instances, NearStranger};
 pub use solid::random_solid;
 pub use stranger::Stranger;
 pub use variation::Variation;

@@ -17,13 +17,26 @@ pub fn dented(
     random: &mut impl Rng,
 ) -> Result<Mesh, SqueezeError> {
     let variation = Variation::random(random.random());
+    dented_of_size(class, &variation, parameters, random)
+}
+
+/// The same of a given size.
+///
+/// # Errors
+/// As [`dented`].
+pub fn dented_of_size(
+    class: ObjectClass,
+    variation: &Variation,
+    parameters: &ScanParameters,
+    random: &mut impl Rng,
+) -> Result<Mesh, SqueezeError> {
     let is_dented = !random.random_bool(parameters.undented_share);
     let squeeze_m = if is_dented {
         random.random_range(parameters.squeeze_m[0]..=parameters.squeeze_m[1])
     } else {
         0.0
     };
-    let mut mesh = sim_deform::specimen(class, &variation, squeeze_m, random.random())?;
+    let mut mesh = sim_deform::specimen(class, variation, squeeze_m, random.random())?;
     if class.is_hollow() && random.random_bool(parameters.flattened_share) {
         let [shallow_m, deep_m] = parameters.flattening_m;
         let depth_m = random.random_range(shallow_m..=deep_m) as f32;

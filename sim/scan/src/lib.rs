@@ -5,7 +5,9 @@ mod parameters;
 mod scan;
 mod setup;
 
-pub use dented::dented;
+pub use dented::{dented, dented_of_size};
 pub use parameters::ScanParameters;
-pub use scan::{ScanError, ScannedObject, Shot, View, capture, capture_shots, full_view, scan};
-pub use setup::Setup;
+pub use scan::{
+    ScanError, ScannedObject, Shot, View, after_each_view, capture, capture_shots, full_view, scan,
+};
+pub use setup::{DISPARITY_SIGMA_PX, EDGE_MIXING, Setup};

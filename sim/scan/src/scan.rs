@@ -11,7 +11,7 @@ use parameter::ParameterError;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
-use sim_camera::{D435I, Intrinsics, InverseDepth, Noise, Placement, Renderer, integrate, moments};
+use sim_camera::{InverseDepth, Noise, Placement, Renderer, integrate, moments};
 
 use crate::parameters::ScanParameters;
 use crate::setup::Setup;
@@ -38,6 +38,8 @@ pub struct ScannedObject {
     pub view_count: usize,
     /// Whether a gripper held the object.
     pub held: bool,
+    /// Whether registration took all views and stands behind their cloud; without, no answer counts as known.
+    pub trusted: bool,
 }
 
 /// Scans an object (in its own frame: bottom centre, +z up). Gives the clouds after the first view, the second, ..., and
@@ -55,9 +57,9 @@ pub fn scan(
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let setup = Setup::random(object, parameters, &mut random);
     let views = capture(&setup, &mut random)?;
-    let mut objects = register_and_crop(&setup, &views, parameters)?;
+    let mut objects = after_each_view(&setup, &views, parameters)?;
     if let [_, .., last] = views.as_slice() {
-        objects.extend(register_and_crop(
+        objects.extend(after_each_view(
             &setup,
             std::slice::from_ref(last),
             parameters,
@@ -74,6 +76,7 @@ pub fn full_view(object: &Mesh, random: &mut Pcg64Mcg) -> ScannedObject {
         up: Vector3::z(),
         view_count: 0,
         held: false,
+        trusted: true,
     }
 }
 
@@ -130,15 +133,16 @@ pub fn capture_shots(
     shots: &[Shot],
     random: &mut Pcg64Mcg,
 ) -> Result<Vec<View>, ScanError> {
-    let mut renderer = Renderer::new(WINDOW);
+    let camera = &setup.camera;
+    let mut renderer = Renderer::new(setup.camera.clone());
     let mut noise = Noise::new(setup.noise.clone(), random.random())?;
     let mut thresholder = Thresholder::new(setup.threshold.clone())?;
     let mut views = Vec::with_capacity(shots.len());
     for shot in shots {
-        let image = noise.apply(&exposed(setup, shot, &mut renderer), &WINDOW);
+        let image = noise.apply(&exposed(setup, shot, &mut renderer), camera);
         let bytes = image.to_le_bytes();
-        let image = DepthImage::of_millimetres(WINDOW.width, WINDOW.height, &bytes);
-        let mut points = thresholder.points(&image, &WINDOW)?;
+        let image = DepthImage::of_millimetres(camera.width, camera.height, &bytes);
+        let mut points = thresholder.points(&image, camera)?;
         points.retain(|point| setup.is_in_image(point));
         let believed_hand_from_camera =
             setup.camera_from_hand(shot.believed_rad).inverse() * setup.camera_from_believed_camera;
@@ -167,18 +171,12 @@ fn exposed(setup: &Setup, shot: &Shot, renderer: &mut Renderer) -> InverseDepth 
     integrate(&seen)
 }
 
-/// The part of a D435i's image in which the object is; the rest would only cost time. Wide enough on the left for the
-/// band that only one imager sees.
-const WINDOW: Intrinsics = Intrinsics {
-    width: 440,
-    height: 400,
-    cx: D435I.cx - 204.0,
-    cy: D435I.cy - 38.0,
-    ..D435I
-};
-
-/// The object's cloud after each view.
-fn register_and_crop(
+/// The object's cloud after each view, registered and cropped by the nodes' code. A view that registration refuses is left
+/// out, and so is a cloud that the crop calls empty.
+///
+/// # Errors
+/// Settings that a node refuses.
+pub fn after_each_view(
     setup: &Setup,
     views: &[View],
     parameters: &ScanParameters,
@@ -191,9 +189,11 @@ fn register_and_crop(
         Frame::Camera
     };
     let mut objects = Vec::new();
+    let mut all_taken = true;
     for (index, view) in views.iter().enumerate() {
         let pose = setup.held.then_some(view.believed_hand_from_camera);
         if registrar.add_view(&view.points, pose).is_err() {
+            all_taken = false;
             continue;
         }
         let cropped = cropper.crop(&registrar.cloud(), frame);
@@ -204,6 +204,7 @@ fn register_and_crop(
                 up,
                 view_count: index + 1,
                 held: setup.held,
+                trusted: all_taken && registrar.doubt().is_none(),
             });
         }
     }

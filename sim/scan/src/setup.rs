@@ -7,9 +7,24 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 use rand::RngExt;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
-use sim_camera::{NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
+use sim_camera::{D435I, Intrinsics, NoiseParameters, OBJECT_BOTTOM_Z_M, Scene};
 
 use crate::parameters::ScanParameters;
+
+/// The part of a D435i's image in which the object is; the rest would only cost time. Wide enough on the left for the
+/// band that only one imager sees.
+const WINDOW: Intrinsics = Intrinsics {
+    width: 440,
+    height: 400,
+    cx: D435I.cx - 204.0,
+    cy: D435I.cy - 38.0,
+    ..D435I
+};
+
+/// Least and largest standard deviation of disparity, in pixels.
+pub const DISPARITY_SIGMA_PX: [f64; 2] = [0.04, 0.14];
+/// Least and largest chance that a pixel beside a depth edge lies between the two surfaces.
+pub const EDGE_MIXING: [f64; 2] = [0.0, 0.35];
 
 /// One scan's circumstances.
 #[derive(Debug, Clone)]
@@ -22,6 +37,8 @@ pub struct Setup {
     pub wrist_angles_rad: Vec<f64>,
     /// Error of the camera mount.
     pub camera_from_believed_camera: Isometry3<f64>,
+    /// The camera's pinhole model.
+    pub camera: Intrinsics,
     /// The camera's noise.
     pub noise: NoiseParameters,
     /// The depth threshold's settings.
@@ -80,6 +97,7 @@ impl Setup {
                 parameters.mount_error_rad,
                 random,
             )),
+            camera: WINDOW,
             noise: noise(random),
             threshold: threshold(random),
             crop,
@@ -198,10 +216,10 @@ fn within_ball(radius: f64, random: &mut Pcg64Mcg) -> Vector3<f64> {
 /// From a better camera than usual to a worse one.
 fn noise(random: &mut Pcg64Mcg) -> NoiseParameters {
     NoiseParameters {
-        disparity_sigma_px: random.random_range(0.04..0.14),
+        disparity_sigma_px: random.random_range(DISPARITY_SIGMA_PX[0]..DISPARITY_SIGMA_PX[1]),
         correlated_share: random.random_range(0.2..0.8),
         edge_dropout: random.random_range(0.0..0.6),
-        edge_mixing: random.random_range(0.0..0.35),
+        edge_mixing: random.random_range(EDGE_MIXING[0]..EDGE_MIXING[1]),
         ..NoiseParameters::default()
     }
 }

@@ -8,8 +8,10 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::{Model, Provider, shipped_model};
 use indicatif::ProgressBar;
+use serde::Serialize;
 use sim_scan::ScanParameters;
-use training::evaluation::{self, Settings};
+use training::evaluation::figures::Figures;
+use training::evaluation::{self, Settings, real, shift};
 
 /// Measures a model on simulated scans that it was not trained on.
 #[derive(Debug, Parser)]
@@ -40,6 +42,16 @@ struct Arguments {
     /// Scans like the demo's: camera mount known exactly, wrist upright, object held in the middle of the image
     #[arg(long)]
     nominal: bool,
+    /// Let one thing at a time leave the range that was trained on, step by step, on held objects
+    #[arg(long, conflicts_with_all = ["dataset", "nominal", "real"])]
+    shift: bool,
+    /// Name the real scans and views in this folder instead, each once
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["dataset", "nominal", "figures"])]
+    real: Option<PathBuf>,
+    /// Also put the results into this file, and its tables into the page beside it (.md); of the other kind of test, what was
+    /// there stays
+    #[arg(long, value_name = "JSON")]
+    figures: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -58,24 +70,59 @@ fn run(arguments: &Arguments) -> Result<()> {
     if let Some(reason) = model.fallback_reason() {
         program::note(format_args!("evaluate: the CPU provider is used: {reason}"));
     }
-    let parameters = if arguments.nominal {
-        ScanParameters::nominal()
+    if let Some(folder) = &arguments.real {
+        let answers = real::measure(&mut model, folder)?;
+        return show(arguments, &answers, || real::to_text(&answers));
+    }
+    // Read before all work, so that a damaged file is found first.
+    let figures = arguments.figures.as_ref();
+    let mut figures = figures
+        .map(|path| Figures::read(path).map(|figures| (path, figures)))
+        .transpose()?;
+    let bar = ProgressBar::new_spinner();
+    if arguments.shift {
+        let (specimens, seed) = (arguments.specimens, arguments.seed);
+        let found = shift::measure(&mut model, &shift::all(), specimens, seed, || bar.inc(1))?;
+        bar.finish_and_clear();
+        show(arguments, &found, || found.to_text())?;
+        if let Some((_, figures)) = &mut figures {
+            figures.shifts = Some(found);
+        }
     } else {
-        ScanParameters::default()
-    };
-    let settings = Settings {
+        let found = evaluation::evaluate(&mut model, &settings(arguments), || bar.inc(1))?;
+        bar.finish_and_clear();
+        show(arguments, &found, || found.to_text())?;
+        if let Some((_, figures)) = &mut figures {
+            figures.tests = Some(found);
+        }
+    }
+    match figures {
+        Some((path, figures)) => figures.write(path),
+        None => Ok(()),
+    }
+}
+
+fn settings(arguments: &Arguments) -> Settings {
+    Settings {
         specimens: arguments.specimens,
         dataset: arguments.dataset.clone(),
-        scans: parameters,
+        scans: if arguments.nominal {
+            ScanParameters::nominal()
+        } else {
+            ScanParameters::default()
+        },
         seed: arguments.seed,
-    };
-    let bar = ProgressBar::new_spinner();
-    let found = evaluation::evaluate(&mut model, &settings, || bar.inc(1))?;
-    bar.finish_and_clear();
-    if arguments.json {
-        program::print(format_args!("{:#}\n", serde_json::to_value(&found)?))?;
-    } else {
-        program::print(found.to_text())?;
     }
-    Ok(())
+}
+
+fn show(
+    arguments: &Arguments,
+    found: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> Result<()> {
+    if arguments.json {
+        program::print(format_args!("{:#}\n", serde_json::to_value(found)?))
+    } else {
+        program::print(text())
+    }
 }

@@ -55,6 +55,9 @@ struct Arguments {
     /// Solids of any form to train on beside them, so that the model learns what is none of its classes
     #[arg(long)]
     strangers: Option<usize>,
+    /// Objects of the kinds of the eight and of nearly their sizes to train on as unknown, too
+    #[arg(long)]
+    near_strangers: Option<usize>,
     /// N, points of a cloud that the network sees
     #[arg(long = "points", visible_alias = "point-count", value_name = "N")]
     point_count: Option<usize>,
@@ -99,6 +102,7 @@ impl Arguments {
         settings.seed = self.seed.unwrap_or(settings.seed);
         set(&mut settings.specimens_per_class, self.specimens);
         set(&mut settings.strangers, self.strangers);
+        set(&mut settings.near_strangers, self.near_strangers);
         set(&mut settings.point_count, self.point_count);
         if let Some(centring) = self.centring {
             settings.centring = centring.to_string();

@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use classifier::ModelMetadata;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::ObjectClass;
+use sim_objects::{Instances, ObjectClass};
 
 use super::clouds::{LabelledClouds, Split};
 use super::mesh_clouds;
@@ -142,7 +142,7 @@ impl<S: Fn(Stage) + Sync> Maker<'_, S> {
             &settings.meshes,
             settings.specimens_per_class,
             settings.validation_specimens_per_class,
-            settings.strangers,
+            (settings.strangers, settings.near_strangers),
             settings.point_count,
             &settings.centring,
             &settings.scans,
@@ -221,19 +221,24 @@ fn scan(
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
     let split = split(dataset, &SplitSettings::of(settings))?;
     let none = metadata.labels.len() as u32;
-    let labelled = |each, strangers, part| -> Result<Vec<Labelled>> {
+    let labelled = |each, strangers, near, part| -> Result<Vec<Labelled>> {
         let meshes = |object: &str| meshes_of(dataset, &split, object, part);
         let mut labelled = Labelled::of(&metadata.labels, each, meshes)?;
         labelled.extend(Labelled::nothing_known(none, strangers));
+        if near > 0 {
+            labelled.extend(Labelled::near_strangers(none, near, Instances::Training));
+        }
         Ok(labelled)
     };
     let fewer = settings.validation_specimens_per_class;
     let train = labelled(
         settings.specimens_per_class,
         settings.strangers,
+        settings.near_strangers,
         Split::Train,
     )?;
-    let validation = labelled(fewer, fewer, Split::Validation)?;
+    let near = fewer.min(settings.near_strangers);
+    let validation = labelled(fewer, fewer, near, Split::Validation)?;
     let specimens = train
         .iter()
         .chain(&validation)

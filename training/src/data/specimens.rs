@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use mesh::Mesh;
 use rand::Rng;
 use rand::seq::IndexedRandom;
-use sim_objects::{ObjectClass, Stranger, random_solid};
-use sim_scan::ScanParameters;
+use sim_objects::{Difference, Instances, NearStranger, ObjectClass, Stranger, random_solid};
+use sim_scan::{ScanParameters, dented_of_size};
 
 use super::mesh_dataset::MeshFile;
 
@@ -18,6 +18,8 @@ pub enum Specimens {
     Meshes(Vec<MeshFile>),
     /// An object that is none of the classes.
     Stranger(Stranger),
+    /// Dented objects of the eight's kinds and nearly their sizes.
+    NearStranger(Difference, Instances),
     /// Random solids that are none of the eight objects.
     RandomSolids,
     /// No object. If the camera mount is badly known, the crop leaves points of the gripper.
@@ -75,6 +77,15 @@ impl Labelled {
         ]
     }
 
+    /// Specimens of "none of the classes" that are like one of them: `count` in all, in equal parts of each difference in size.
+    pub fn near_strangers(label: u32, count: usize, instances: Instances) -> [Self; 3] {
+        Difference::ALL.map(|difference| Self {
+            label,
+            specimens: Specimens::NearStranger(difference, instances),
+            count: count / Difference::ALL.len(),
+        })
+    }
+
     /// Test specimens of "none of the classes": `count` of each named stranger, and as many empty hands.
     pub fn strangers(label: u32, count: usize) -> Vec<Self> {
         let strangers = Stranger::ALL.map(Specimens::Stranger);
@@ -101,6 +112,11 @@ impl Specimens {
                 Ok(mesh.read()?.stood_up())
             }
             Self::Stranger(stranger) => Ok(stranger.mesh()),
+            Self::NearStranger(difference, instances) => {
+                let NearStranger { class, size } =
+                    NearStranger::random(*difference, *instances, random);
+                Ok(dented_of_size(class, &size, parameters, random)?)
+            }
             Self::RandomSolids => Ok(random_solid(random)),
             Self::EmptyHand => Ok(Mesh::default()),
         }

@@ -17,7 +17,7 @@ pub struct TrainedOn {
 }
 
 /// The meshes of a dataset that may be measured on, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unseen {
     /// The model was trained on other datasets: all meshes.

@@ -1,13 +1,13 @@
 //! Test results by number of views.
 
 use classifier::{ModelMetadata, Output};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::data::clouds::Seen;
 use crate::evaluation::test_result::{Answered, TestResult};
 
 /// Test result for one kind of clouds.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DataTest {
     /// Description of the clouds.
     pub data: String,

@@ -1,9 +1,9 @@
 //! Open-set evaluation: how well unknown objects (strangers) are told from known ones.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Scores of known objects against those of strangers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Known {
     /// Clouds of known objects.
     pub known_clouds: usize,

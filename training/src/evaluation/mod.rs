@@ -4,7 +4,11 @@ pub(crate) mod answers;
 mod by_view;
 pub mod calibration;
 pub mod confusion;
+pub mod figures;
 mod known;
+mod origin;
+pub mod real;
+pub mod shift;
 mod test_result;
 
 use std::num::NonZeroUsize;
@@ -12,11 +16,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use classifier::{Model, ModelMetadata, Output, preprocess_parts};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use sim_objects::{Difference, Instances};
 
 pub use by_view::DataTest;
 pub use known::Known;
+pub use origin::Origin;
+pub use shift::Shifts;
 pub use test_result::TestResult;
+
+use origin::Digest;
 
 use crate::data::clouds::Seen;
 use crate::data::mesh_dataset::{MeshDataset, MeshFile};
@@ -26,20 +35,29 @@ use crate::data::trained_on::{Unseen, unseen};
 use sim_scan::{ScanParameters, ScannedObject};
 
 /// Result of evaluating a model.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// The training run that made the model.
-    pub model_id: String,
-    /// Name and version of the network.
-    pub network: String,
-    /// The inference provider that ran it: `openvino` or `cpu`.
-    pub provider: String,
+    /// What was measured on what.
+    #[serde(flatten)]
+    pub origin: Origin,
     /// Answers on clouds of the model's classes.
     pub tests: Vec<DataTest>,
-    /// How well strangers are told from them.
+    /// How well strangers of other kinds and sizes are told from them.
     pub known: Known,
+    /// The same of objects of the eight's kinds, by how nearly they have their sizes; nearest first.
+    pub near: Vec<KnownNear>,
     /// Which of the dataset's meshes were measured on; `None` without a dataset.
     pub of_dataset: Option<Unseen>,
+}
+
+/// How well near strangers are told from known objects.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnownNear {
+    /// How far their sizes are from those of the eight.
+    pub difference: String,
+    /// The result.
+    #[serde(flatten)]
+    pub known: Known,
 }
 
 /// What to evaluate a model on.
@@ -68,8 +86,10 @@ pub fn evaluate(
     let (count, seed) = (settings.specimens.get(), settings.seed);
     let take =
         |object: &ScannedObject| preprocess_parts(&object.points, &object.up, &metadata).ok();
+    let mut digest = Digest::default();
     let mut measure = |labelled: &[Labelled]| -> Result<Vec<Seen<Output>>> {
         let seen = see_all(labelled, &settings.scans, seed, take, &finished)?;
+        seen.iter().for_each(|seen| digest.add(&seen.taken));
         let answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
         seen.into_iter().map(answer).collect()
     };
@@ -111,17 +131,39 @@ pub fn evaluate(
             known_scores = scores(&answers);
         }
     }
-    let strangers = measure(&Labelled::strangers(metadata.labels.len() as u32, count))?;
-    let known = Known::of(&known_scores, &scores(&strangers), metadata.known_threshold);
+    let none = metadata.labels.len() as u32;
+    let mut against_known = |strangers: &[Labelled]| -> Result<Known> {
+        let strangers = scores(&measure(strangers)?);
+        Ok(Known::of(
+            &known_scores,
+            &strangers,
+            metadata.known_threshold,
+        ))
+    };
+    let known = against_known(&Labelled::strangers(none, count))?;
+    let near = Difference::ALL.map(|difference| -> Result<KnownNear> {
+        let strangers = Labelled {
+            label: none,
+            specimens: Specimens::NearStranger(difference, Instances::Test),
+            count: NEAR_STRANGERS * count,
+        };
+        Ok(KnownNear {
+            difference: difference.to_string(),
+            known: against_known(&[strangers])?,
+        })
+    });
+    let near = near.into_iter().collect::<Result<Vec<_>>>()?;
     Ok(Evaluation {
-        model_id: metadata.run_id.clone(),
-        network: metadata.network_version.clone(),
-        provider: model.provider().to_owned(),
+        origin: Origin::of(model, settings.specimens, seed, digest),
         tests,
         known,
+        near,
         of_dataset,
     })
 }
+
+/// Number of near strangers of each difference in size, by specimens of a class.
+const NEAR_STRANGERS: usize = 4;
 
 /// How a test's name describes the dataset's meshes.
 fn said_of(unseen: Unseen) -> &'static str {
@@ -174,11 +216,10 @@ fn dataset_classes(
 impl Evaluation {
     /// A few lines a test, for people.
     pub fn to_text(&self) -> String {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         let mut text = String::new();
         for DataTest { data, test } in &self.tests {
             text += &format!(
-                "{}\n{}accuracy {} on {} clouds; called known: {}, and wrong: {}; calibration error {:.3}\n\n",
+                "{}\n{}accuracy {} on {} clouds; called known: {}, of all {} though wrong; calibration error {:.3}\n\n",
                 data,
                 test.confusion.table(),
                 percent(test.accuracy),
@@ -188,23 +229,65 @@ impl Evaluation {
                 test.calibration_error,
             );
         }
-        let known = &self.known;
+        text += &self.strangers_table();
         text + &format!(
-            "strangers: AUROC {:.3} ({} known clouds against {}); called known: {} of the known, {} of the strangers\n\
-             {}; model {} ({}), {}\n",
-            known.auroc,
-            known.known_clouds,
-            known.stranger_clouds,
-            percent(known.known_called_known),
-            percent(1.0 - known.strangers_called_unknown),
+            "\n{}; {}\n",
             match self.of_dataset {
                 Some(Unseen::Unknown) =>
                     "the model file does not say whether the dataset's meshes were trained on",
                 _ => "none of it was trained on",
             },
-            self.model_id,
-            self.network,
-            self.provider,
+            self.origin.to_text(),
         )
     }
+
+    /// The same as tables, without the confusions, in Markdown.
+    pub fn to_tables(&self) -> String {
+        let mut text = "| clouds of known objects | clouds | label right | known and right | known and wrong | unknown | calibration error |\n\
+                        |---|---|---|---|---|---|---|\n"
+            .to_owned();
+        for DataTest { data, test } in &self.tests {
+            text += &format!(
+                "| {data} | {} | {} | {} | {} | {} | {:.3} |\n",
+                test.clouds,
+                percent(test.accuracy),
+                percent(test.known_share - test.known_wrong_share),
+                percent(test.known_wrong_share),
+                percent(1.0 - test.known_share),
+                test.calibration_error,
+            );
+        }
+        format!("{text}\n{}", self.strangers_table())
+    }
+
+    fn strangers_table(&self) -> String {
+        let known = &self.known;
+        let row = |name: &str, known: &Known| {
+            format!(
+                "| {name} | {} | {:.3} | {} |\n",
+                known.stranger_clouds,
+                known.auroc,
+                percent(1.0 - known.strangers_called_unknown)
+            )
+        };
+        let near = self.near.iter();
+        let near = near.map(|near| {
+            row(
+                &format!("of the same kinds, {}", near.difference),
+                &near.known,
+            )
+        });
+        format!(
+            "Strangers against {} clouds of known objects, of which {} are called known; known is here always wrong.\n\n\
+             | strangers | clouds | AUROC | known and wrong |\n|---|---|---|---|\n{}{}",
+            known.known_clouds,
+            percent(known.known_called_known),
+            row("of other kinds and sizes, and an empty hand", known),
+            near.rev().collect::<String>(),
+        )
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
 }
