@@ -1,6 +1,7 @@
 """Scans in one sweep: views come while the wrist turns."""
 
 import shutil
+import signal
 import threading
 
 import pytest
@@ -118,13 +119,13 @@ def test_a_camera_that_dies_ends_the_sweep_and_the_wrist_rests(sim):
     scan = threading.Thread(target=lambda: errors.append(sweep(graph, 5.5).error))
     scan.start()
     wrist.wait_for_motion()
-    graph.core.kill('depth_threshold', 19)
+    graph.core.kill('depth_threshold', signal.SIGSTOP)
     try:
         scan.join(20)
         assert 'no cloud' in errors[0]
         assert wrist.speed < 0.05
     finally:
-        graph.core.kill('depth_threshold', 18)
+        graph.core.kill('depth_threshold', signal.SIGCONT)
 
 
 def test_a_sure_answer_ends_the_sweep(sim):
@@ -143,20 +144,20 @@ def test_later_stages_that_are_slow_get_fewer_views_and_the_last_one(sim):
     responses = []
     scan = threading.Thread(target=lambda: responses.append(sweep(graph, 4.0)))
     scan.start()
-    wrist.wait_for_motion()
-    graph.core.kill('classifier', 19)
+    # The wrist may first have to go to an end of the range.
+    views.next(timeout_s=30)
+    graph.core.kill('classifier', signal.SIGSTOP)
     try:
-        # The end of the motion.
         wait_until(lambda: wrist.speed > 0.5, 10, 'the sweep')
         wait_until(lambda: wrist.speed < 0.05, 20, 'its end')
     finally:
-        graph.core.kill('classifier', 18)
+        graph.core.kill('classifier', signal.SIGCONT)
     scan.join(40)
     [response] = responses
     assert (response.error, response.result.complete) == ('', True)
     left_out = max(report.left_out for report in progress.all())
-    taken = {view.index for view in views.all() if view.scan_id == response.result.scan_id}
-    assert left_out > 5 and len(taken) == response.result.view_count < 20, (left_out, len(taken))
+    # Those before the stop, and a few that were under way.
+    assert left_out > 15 and response.result.view_count < 25, (left_out, response.result.view_count)
 
 
 def test_capture_views_gives_the_views_of_a_sweep_in_its_answer(sim):
@@ -166,41 +167,3 @@ def test_capture_views_gives_the_views_of_a_sweep_in_its_answer(sim):
     assert response.count == len(response.views) >= 8
     assert all(view.scan_id == '' and view.has_pose for view in response.views)
     assert response.views[-1].count == response.count
-
-
-def offset_ms(graph, sweeps):
-    """What diagnostics say of the clocks after some sweeps: the offset and its uncertainty, ms."""
-    from diagnostic_msgs.msg import DiagnosticArray
-    diagnostics = Listener('/diagnostics', DiagnosticArray)
-    for _ in range(sweeps):
-        response = sweep(graph)
-        assert response.error == '', response.error
-    told = []
-
-    def tells(message):
-        told.extend(status.message for status in message.status if status.name == 'view_capture: time offset')
-        return bool(told)
-
-    diagnostics.all()
-    diagnostics.next(accept=tells)
-    words = told[-1].split()
-    return float(words[3]), float(words[5]), told[-1]
-
-
-@pytest.mark.parametrize('late_s', [0.02, -0.02])
-def test_a_difference_of_the_clocks_is_found_and_kept_for_the_next_sweep(sim, late_s):
-    """The fingers show how far the hand was turned, whatever it holds."""
-    graph = sim(sim_camera={'stamp_offset_s': late_s})
-    found_ms, sigma_ms, text = offset_ms(graph, sweeps=4)
-    print(text)
-    # Stamps that are late are of images that were taken before.
-    assert found_ms == pytest.approx(-1000 * late_s, abs=8), text
-    assert 0 < sigma_ms < 8, text
-
-
-def test_clocks_that_differ_too_much_are_refused_by_name(sim):
-    graph = sim(sim_camera={'stamp_offset_s': -0.04}, view_capture={'time_offset_max_s': 0.01})
-    _, _, text = offset_ms(graph, sweeps=2)
-    error = sweep(graph).error
-    assert 'time_offset_max_s' in error and 'clocks' in error, (text, error)
-    assert graph.scan(views=3).error == '', 'views at rest need no such clocks'
