@@ -85,6 +85,9 @@ pub fn to_points(message: &PointCloud2) -> Result<Decoded, CloudError> {
 }
 
 /// Reads one more field of the points that [`to_points`] gives, in the same order.
+///
+/// # Errors
+/// [`CloudError`]: the message is big-endian, has no such float32 field, or its sizes do not fit.
 pub fn values(message: &PointCloud2, name: &'static str) -> Result<Vec<f32>, CloudError> {
     let mut values = Vec::new();
     each(message, ["x", "y", "z", name], |[x, y, z, value]| {
