@@ -34,9 +34,9 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Whether the reference lies in the cloud.
+    /// Whether enough was seen, and the reference lies in it.
     pub fn fits(&self) -> bool {
-        !matches!(self.doubt, Some(Doubt::DoesNotFit { .. }))
+        self.doubt.is_none()
     }
 
     /// Of the deepest dent, m; 0 without one.

@@ -13,8 +13,8 @@ use tokio::sync::Notify;
 pub const DEVIATION: &str = "deviation";
 /// How long the node may take to be found: it need not run.
 const NODE_PATIENCE: Duration = Duration::from_secs(1);
-/// How long it may take after the label.
-const ANSWER_PATIENCE: Duration = Duration::from_secs(3);
+/// How long it may take after the label: a node that has just started prepares the reference first.
+const ANSWER_PATIENCE: Duration = Duration::from_secs(10);
 
 #[derive(Default)]
 struct Heard {
