@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use mesh::Mesh;
 use mesh::file::{self, FileError, MILLIMETRE};
 
 use crate::reference::{Reference, ReferenceError};
@@ -90,25 +91,46 @@ impl Library {
     /// # Errors
     /// There is none, or it cannot be used.
     pub fn get(&self, label: &str) -> Result<Arc<Reference>, LibraryError> {
-        let mut prepared = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(reference) = prepared.get(label) {
+        if let Some(reference) = self.prepared().get(label) {
             return Ok(Arc::clone(reference));
         }
+        // Unlocked meanwhile: who asks for another one does not wait.
+        let (path, mesh) = self.read(label)?;
+        let reference = Reference::new(path.display().to_string(), &mesh);
+        let reference = Arc::new(reference.map_err(unusable(path))?);
+        let mut prepared = self.prepared();
+        Ok(Arc::clone(
+            prepared.entry(label.to_owned()).or_insert(reference),
+        ))
+    }
+
+    /// Whether a label's file can serve; much quicker than [`Library::get`].
+    ///
+    /// # Errors
+    /// There is none, or it cannot be used.
+    pub fn check(&self, label: &str) -> Result<(), LibraryError> {
+        let (path, mesh) = self.read(label)?;
+        Reference::check(&mesh).map_err(unusable(path))
+    }
+
+    fn read(&self, label: &str) -> Result<(&Path, Mesh), LibraryError> {
         let path = self
             .files
             .get(label)
             .ok_or_else(|| LibraryError::NoReference {
                 label: label.to_owned(),
             })?;
-        let mesh = file::read(path, MILLIMETRE)?.mesh();
-        let reference = Reference::new(path.display().to_string(), &mesh);
-        let reference = Arc::new(reference.map_err(|source| LibraryError::Unusable {
-            path: path.clone(),
-            source,
-        })?);
-        prepared.insert(label.to_owned(), Arc::clone(&reference));
-        Ok(reference)
+        Ok((path.as_path(), file::read(path, MILLIMETRE)?.mesh()))
     }
+
+    fn prepared(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Reference>>> {
+        self.prepared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn unusable(path: &Path) -> impl FnOnce(ReferenceError) -> LibraryError {
+    let path = path.to_owned();
+    move |source| LibraryError::Unusable { path, source }
 }
 
 /// The shipped references: `config/references` of the checkout or of the installed package that the program is in.
@@ -130,8 +152,6 @@ pub fn shipped_references() -> Result<PathBuf, LibraryError> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use mesh::Mesh;
-
     use super::*;
 
     fn folder_with(mesh: &Mesh) -> (tempfile::TempDir, Library) {
@@ -144,7 +164,11 @@ mod tests {
 
     fn refusal(mesh: &Mesh) -> String {
         let (_folder, library) = folder_with(mesh);
-        library.get("thing").map(|_| ()).unwrap_err().to_string()
+        let text = library.get("thing").map(|_| ()).unwrap_err().to_string();
+        if let Err(quick) = library.check("thing") {
+            assert_eq!(quick.to_string(), text);
+        }
+        text
     }
 
     #[test]
@@ -197,6 +221,8 @@ mod tests {
             triangles: vec![[0, 1, 0]],
         };
         assert!(!refusal(&flat).is_empty());
+        let (_folder, library) = folder_with(&open);
+        assert!(library.check("thing").is_err());
     }
 
     #[test]

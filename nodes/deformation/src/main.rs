@@ -36,7 +36,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         pairs: Mutex::default(),
     });
     let health = node.health().clone();
-    std::thread::spawn(move || prepare(&library, &health));
+    std::thread::spawn(move || check(&library, &health));
     let _links: [Subscriber; 2] = [
         node.subscribe("object", Expect::EVENTS, {
             let desk = Arc::clone(&desk);
@@ -58,12 +58,12 @@ async fn serve(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Prepares every reference, so that the first scan does not wait for it, and says which cannot be used.
-fn prepare(library: &Library, health: &Health) {
+/// Says which references cannot be used. Each is prepared when it is first needed.
+fn check(library: &Library, health: &Health) {
     let labels: Vec<&str> = library.labels().collect();
     let mut faults = Vec::new();
     for label in &labels {
-        if let Err(error) = library.get(label) {
+        if let Err(error) = library.check(label) {
             log::error!("{error}");
             faults.push(error.to_string());
         }

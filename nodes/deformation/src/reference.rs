@@ -70,16 +70,8 @@ impl Reference {
     /// # Errors
     /// [`ReferenceError`]: a mesh that no deviation can be measured from.
     pub fn new(id: impl Into<String>, mesh: &Mesh) -> Result<Self, ReferenceError> {
-        if mesh.triangles.is_empty() {
-            return Err(ReferenceError::NoFaces);
-        }
-        let (min, max) = mesh.bounds();
-        let size_m = (max - min).max();
-        if !SIZE_M.contains(&size_m) {
-            return Err(ReferenceError::Size { size_m });
-        }
+        Self::check(mesh)?;
         let mut mesh = mesh.stood_up();
-        check_sides(&mesh)?;
         if mesh.volume_m3() < 0.0 {
             mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -100,6 +92,22 @@ impl Reference {
             hollow: Layer::new(hollow),
             outer,
         })
+    }
+
+    /// Whether a mesh can serve; much quicker than to prepare it.
+    ///
+    /// # Errors
+    /// [`ReferenceError`].
+    pub fn check(mesh: &Mesh) -> Result<(), ReferenceError> {
+        if mesh.triangles.is_empty() {
+            return Err(ReferenceError::NoFaces);
+        }
+        let (min, max) = mesh.bounds();
+        let size_m = (max - min).max();
+        if !SIZE_M.contains(&size_m) {
+            return Err(ReferenceError::Size { size_m });
+        }
+        check_sides(mesh)
     }
 
     /// What answers call it.
