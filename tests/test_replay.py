@@ -29,7 +29,7 @@ def bag(shared_folder, tmp_path):
     return bag
 
 
-def record(core, bag, scan='views: 0'):
+def record(core, bag, service='scan_object', request='views: 0'):
     core.start()
     core.launch('sim.launch')
     wait_until(lambda: '/scan_object' in core.output('rosservice', 'list'), 60, 'scan_object', period_s=0.5)
@@ -38,7 +38,7 @@ def record(core, bag, scan='views: 0'):
     recorder = core.run('rosbag', 'record', '--output-name', partial, '__name:=recorder', *TOPICS)
     for topic in TOPICS:
         wait_until(lambda: '/recorder' in core.output('rostopic', 'info', topic), 30, f'rosbag recording {topic}')
-    answer = core.output('rosservice', 'call', '/scan_object', scan, timeout_s=60)
+    answer = core.output('rosservice', 'call', f'/{service}', request, timeout_s=60)
     assert 'label: "large-cup"' in answer
     # It is latched: who comes later than the recorder hears it later.
     core.output('rostopic', 'echo', '-n', '1', '/classification/header')
@@ -151,7 +151,7 @@ def test_a_bag_of_a_sweep_replays_to_the_same_answer(core, tmp_path, checkout):
     recording = Core(tmp_path / 'recording')
     recording.folder.mkdir()
     try:
-        record(recording, bag, '{range: 1.2}')
+        record(recording, bag, 'sweep_object', 'range: 1.2')
     finally:
         recording.stop()
     os.environ.update(core.environment)

@@ -38,7 +38,7 @@ def watched():
 
 
 def sweep(graph, range=RANGE):
-    return graph.call('scan_object', timeout_s=60, range=range)
+    return graph.call('sweep_object', timeout_s=60, range=range)
 
 
 def test_views_come_while_the_wrist_turns_and_the_answer_is_about_all_of_them(sim):
@@ -93,7 +93,7 @@ def test_a_sweep_is_the_scan_of_who_asks_for_nothing_else_where_it_is_configured
 
 def test_a_caller_that_dies_ends_the_sweep(sim):
     graph, wrist = sim(), watched()
-    caller = graph.core.run('rosservice', 'call', '/scan_object', '{range: 5.0}')
+    caller = graph.core.run('rosservice', 'call', '/sweep_object', '{range: 5.0}')
     wrist.wait_for_motion()
     caller.process.kill()
     wait_until(lambda: wrist.speed < 0.05, 1, 'rest')

@@ -33,7 +33,9 @@ macro_rules! services {
 
 services! {
     RotateWrist();
+    SweepWrist();
     ScanObject(Classification);
+    SweepObject(Classification);
     CaptureViews(View);
     PlanViews();
     RegisterViews(View, RegisteredCloud);

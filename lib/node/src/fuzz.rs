@@ -104,7 +104,9 @@ fn kinds() -> Vec<Kind> {
         message::<msg::reflex_msgs::PoseCommand>(),
     ];
     kinds.extend(service::<RotateWrist>());
+    kinds.extend(service::<SweepWrist>());
     kinds.extend(service::<ScanObject>());
+    kinds.extend(service::<SweepObject>());
     kinds.extend(service::<RegisterViews>());
     kinds.extend(service::<CropCloud>());
     kinds.extend(service::<ClassifyCloud>());

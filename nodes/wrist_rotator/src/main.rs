@@ -10,7 +10,9 @@ use baxter::Side;
 use msg::baxter_core_msgs::{
     AssemblyState, CollisionAvoidanceState, CollisionDetectionState, DigitalIOState,
 };
-use msg::deformable_cobot::{RotateWrist, RotateWristReq, RotateWristRes};
+use msg::deformable_cobot::{
+    RotateWrist, RotateWristReq, RotateWristRes, SweepWrist, SweepWristReq, SweepWristRes,
+};
 use msg::sensor_msgs::JointState;
 use msg::std_srvs::{Trigger, TriggerRes};
 use msg::{Time, stamp};
@@ -30,13 +32,32 @@ async fn run(node: Node) -> anyhow::Result<()> {
     let _subscribers = listen(&node, &rotator, parameters.side)?;
     let _rotate = node.serve::<RotateWrist>("rotate_wrist", {
         let rotator = Arc::clone(&rotator);
-        move |RotateWristReq { angle, rate }, life| {
+        move |RotateWristReq { angle }, life| {
             let rotator = Arc::clone(&rotator);
             let turn = Turn {
                 target_rad: angle,
-                rate_rad_s: (rate != 0.0).then_some(rate),
+                rate_rad_s: None,
             };
-            async move { Ok(rotate(&rotator, turn, &life).await) }
+            async move {
+                let turned = rotate("rotate_wrist", &rotator, turn, &life).await;
+                Ok(RotateWristRes {
+                    success: turned.success,
+                    error: turned.error,
+                    angle: turned.angle,
+                    at_rest: turned.at_rest,
+                })
+            }
+        }
+    })?;
+    let _sweep = node.serve::<SweepWrist>("sweep_wrist", {
+        let rotator = Arc::clone(&rotator);
+        move |SweepWristReq { angle, rate }, life| {
+            let rotator = Arc::clone(&rotator);
+            let turn = Turn {
+                target_rad: angle,
+                rate_rad_s: Some(rate),
+            };
+            async move { Ok(rotate("sweep_wrist", &rotator, turn, &life).await) }
         }
     })?;
     let _stop = node.serve::<Trigger>("stop_wrist", {
@@ -55,14 +76,14 @@ async fn run(node: Node) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn rotate(rotator: &Rotator, turn: Turn, life: &Life) -> RotateWristRes {
+async fn rotate(service: &str, rotator: &Rotator, turn: Turn, life: &Life) -> SweepWristRes {
     match rotator.turn(turn, life).await {
         Ok((arrived, constant)) => {
             let at_rest = stamp::from_epoch(arrived.at_rest);
             let moment = |of: fn(ConstantPart) -> Duration| {
                 constant.map_or_else(Time::default, |part| stamp::from_epoch(of(part)))
             };
-            RotateWristRes {
+            SweepWristRes {
                 success: true,
                 error: String::new(),
                 angle: arrived.angle_rad,
@@ -72,9 +93,9 @@ async fn rotate(rotator: &Rotator, turn: Turn, life: &Life) -> RotateWristRes {
             }
         }
         Err(error) => {
-            log::warn!("rotate_wrist to {:.3} rad: {error}", turn.target_rad);
+            log::warn!("{service} to {:.3} rad: {error}", turn.target_rad);
             let angle = rotator.angle_rad().unwrap_or(f64::NAN);
-            RotateWristRes {
+            SweepWristRes {
                 success: false,
                 error: error.to_string(),
                 angle,

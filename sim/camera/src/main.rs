@@ -193,7 +193,7 @@ fn held(kind: HandKind, request: &HoldObjectReq) -> anyhow::Result<World> {
 
 fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::Result<Server> {
     let (playback, clock) = (Arc::clone(playback), node.clock());
-    node.serve::<RotateWrist>("rotate_wrist", move |RotateWristReq { angle, .. }, _| {
+    node.serve::<RotateWrist>("rotate_wrist", move |RotateWristReq { angle }, _| {
         let mut playback = playback.lock().unwrap_or_else(PoisonError::into_inner);
         log::info!("showing {}", playback.advance().path.display());
         std::future::ready(Ok(RotateWristRes {
@@ -201,7 +201,6 @@ fn offer_rotate_wrist(node: &Node, playback: &Arc<Mutex<Playback>>) -> anyhow::R
             error: String::new(),
             angle,
             at_rest: clock.now(),
-            ..Default::default()
         }))
     })
 }

@@ -6,7 +6,9 @@ mod diagnostics;
 mod stages;
 
 use action::Action;
-use msg::deformable_cobot::{Classification, ScanObject, ScanObjectReq};
+use msg::deformable_cobot::{
+    Classification, ScanObject, ScanObjectReq, SweepObject, SweepObjectReq, SweepObjectRes,
+};
 use msg::robot;
 use msg::sensor_msgs::JointState;
 use node::{Expect, Latch, Node};
@@ -39,13 +41,30 @@ pub async fn serve(node: Node) -> anyhow::Result<()> {
     let action = Action::listen(&node)?;
     let _service = node.serve::<ScanObject>("scan_object", {
         let scanner = Arc::clone(&scanner);
-        move |ScanObjectReq { views, range }, life| {
+        move |ScanObjectReq { views }, life| {
             let scanner = Arc::clone(&scanner);
             let wish = Wish {
                 views,
-                range_rad: range,
+                range_rad: 0.0,
             };
             async move { Ok(scanner.scan(wish, &life).await.answer) }
+        }
+    })?;
+    let _sweep = node.serve::<SweepObject>("sweep_object", {
+        let scanner = Arc::clone(&scanner);
+        move |SweepObjectReq { range }, life| {
+            let scanner = Arc::clone(&scanner);
+            let wish = Wish {
+                views: 0,
+                range_rad: range,
+            };
+            async move {
+                let answer = scanner.scan(wish, &life).await.answer;
+                Ok(SweepObjectRes {
+                    error: answer.error,
+                    result: answer.result,
+                })
+            }
         }
     })?;
     tokio::select! {

@@ -11,8 +11,9 @@ use anyhow::{Context, bail, ensure};
 use msg::Time;
 use msg::deformable_cobot::{
     CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
-    RotateWristRes, View,
+    RotateWristRes, SweepWrist, SweepWristReq, View,
 };
+use msg::service::Service;
 use node::{CallError, Count, Life, Node, Publisher, Transforms, Tuned};
 use std::sync::Arc;
 use std::time::Duration;
@@ -144,7 +145,7 @@ impl Capture {
     ) -> anyhow::Result<View> {
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
-        let turned = self.turn(angle_rad, 0.0, life).await?;
+        let turned = self.turn(angle_rad, life).await?;
         life.during(self.look(&turned, listening)).await
     }
 
@@ -157,28 +158,47 @@ impl Capture {
         Ok(())
     }
 
-    /// Turns the wrist at a rate (0: the usual one) and waits until it is at rest, there or where it was stopped.
-    pub(super) async fn turn(
+    /// Turns the wrist and waits until it is at rest, there or where it was stopped.
+    pub(super) async fn turn(&self, angle_rad: f64, life: &Life) -> anyhow::Result<RotateWristRes> {
+        let request = RotateWristReq { angle: angle_rad };
+        let turned = self
+            .call::<RotateWrist>("rotate_wrist", request, life)
+            .await?;
+        ensure!(turned.success, "rotate_wrist: {}", turned.error);
+        Ok(turned)
+    }
+
+    /// The same at a constant rate.
+    pub(super) async fn turn_at(
         &self,
-        angle_rad: f64,
         rate_rad_s: f64,
+        angle_rad: f64,
         life: &Life,
-    ) -> anyhow::Result<RotateWristRes> {
-        let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
-        let request = RotateWristReq {
+    ) -> anyhow::Result<()> {
+        let request = SweepWristReq {
             angle: angle_rad,
             rate: rate_rad_s,
         };
-        let call = self
-            .node
-            .call::<RotateWrist>("rotate_wrist", request, deadline, life);
-        let turned = match call.await {
-            Ok(turned) => turned,
+        let turned = self
+            .call::<SweepWrist>("sweep_wrist", request, life)
+            .await?;
+        ensure!(turned.success, "sweep_wrist: {}", turned.error);
+        Ok(())
+    }
+
+    /// Calls a service of the wrist. Where it does not answer, the error names what is known of its computer.
+    async fn call<S: Service>(
+        &self,
+        name: &str,
+        request: S::Request,
+        life: &Life,
+    ) -> anyhow::Result<S::Response> {
+        let deadline = Duration::from_secs_f64(self.parameters.now().motion_deadline_s);
+        match self.node.call::<S>(name, request, deadline, life).await {
+            Ok(response) => Ok(response),
             Err(CallError::GivenUp { reason, .. }) => bail!("{reason}"),
             Err(error) => bail!("{error}{}", self.sources.computers.clause().await),
-        };
-        ensure!(turned.success, "rotate_wrist: {}", turned.error);
-        Ok(turned)
+        }
     }
 
     /// The view of the first image that was taken after the wrist has come to rest.

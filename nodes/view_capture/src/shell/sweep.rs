@@ -41,7 +41,7 @@ impl Capture {
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
         if (wrist_rad - plan.from_rad).abs() > NEAR_RAD {
-            self.turn(plan.from_rad, 0.0, life).await?;
+            self.turn(plan.from_rad, life).await?;
         } else {
             plan.from_rad = wrist_rad;
         }
@@ -82,7 +82,7 @@ impl Capture {
         });
         let rate_rad_s = self.parameters.now().sweep_rate_rad_s;
         let turning = async {
-            let turned = self.turn(plan.to_rad, rate_rad_s, &turn_life).await;
+            let turned = self.turn_at(rate_rad_s, plan.to_rad, &turn_life).await;
             stopped.send_replace(turned.is_err());
             turned
         };
