@@ -11,8 +11,9 @@
 
 use nalgebra::Isometry3;
 
-/// Uncertainty of a turn that registration found, beside what the residuals show, rad: joints are as exact as this.
-const TURN_SIGMA_RAD: f64 = 0.004;
+/// Uncertainty that all turns of a scan have in common, beside what the residuals show, rad: as measured on simulated sweeps
+/// with joints off by up to 0.25 degrees.
+const TURN_SIGMA_RAD: f64 = 0.01;
 /// Fewer views than this say too little about their own scatter.
 const VIEWS_MIN: usize = 4;
 /// An estimate less certain than this is none, s.
@@ -116,7 +117,7 @@ mod tests {
                 let found = swept(&SWEEP, offset_s, &mount).estimate().unwrap();
                 // The mount's error is no small angle to the last digit.
                 assert!((found.offset_s - offset_s).abs() < 1e-3, "{found:?}");
-                assert!(found.sigma_s < 6e-3, "{found:?}");
+                assert!(found.sigma_s < 1.5e-2, "{found:?}");
             }
         }
     }
