@@ -9,7 +9,7 @@
 # make screenshot              README's picture of a scan in RViz, drawn without a screen
 # make interface               tables of parameters, topics and services, and the picture of the graph, from the running nodes
 # make fault-table             docs/faults.md: what may go wrong and what happens then, from the tests and their last results
-# make figures                 docs/figures.md: how often the shipped model is right, as in training and beyond
+# make figures                 target/figures: how often the shipped model is right, as in training and beyond
 #     [SPECIMENS=100 SHIFTED=10]   specimens of each class in the two kinds of test; some 20 minutes as it is
 # make bench                   how fast, how often right; plots in target/bench
 # make soak [SCANS=500]        as many scans in a row: no node may grow or slow down; rows in target/soak
@@ -76,9 +76,10 @@ fault-table:
 SPECIMENS := 100
 SHIFTED := 10
 figures:
+	mkdir -p target/figures
 	cargo build --release --workspace --bin evaluate
-	target/release/evaluate --specimens $(SPECIMENS) --seed 77 --figures docs/figures.json
-	target/release/evaluate --shift --specimens $(SHIFTED) --seed 78 --figures docs/figures.json
+	target/release/evaluate --specimens $(SPECIMENS) --seed 77 --figures target/figures/figures.json
+	target/release/evaluate --shift --specimens $(SHIFTED) --seed 78 --figures target/figures/figures.json
 
 test-distros:
 	setup/install debootstrap

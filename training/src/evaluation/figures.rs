@@ -22,7 +22,7 @@ pub struct Figures {
 const HEAD: &str = "\
 # Figures of the shipped model
 
-Made by `evaluate --figures docs/figures.json` (`make figures`) from [figures.json](figures.json) alone; a test compares them.
+Made by `evaluate --figures` (`make figures`) from [figures.json](figures.json) alone.
 [model.md](model.md) says how the model was made.
 
 What training and test have in common:
