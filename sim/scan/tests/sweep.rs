@@ -324,8 +324,8 @@ fn compare(range_rad: f64) {
         );
     }
     type Figure = fn(&Seen) -> f64;
-    // Its name, and whether more (1) or less (-1) is better.
-    let figures: [(&str, fn(&Seen) -> f64, f64, f64); 6] = [
+    // Its name, whether more (1) or less (-1) is better, and how much worse a sweep may be.
+    let figures: [(&str, Figure, f64, f64); 6] = [
         ("right", |seen| seen.right, 1.0, 0.0),
         ("known and wrong", |seen| seen.harmful, -1.0, 0.0),
         ("cloud to surface, RMS, mm", |seen| seen.rms_mm, -1.0, 0.4),
