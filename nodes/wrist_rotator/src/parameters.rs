@@ -259,7 +259,7 @@ mod tests {
             ..Default::default()
         };
         let text = gentle.validate().unwrap_err().to_string();
-        assert!(text.contains("at most 0.2 s, not 0.25"), "{text}");
+        assert!(text.contains("at most 0.2 s, not 0.27"), "{text}");
         let no_number = Parameters {
             dwell_s: f64::NAN,
             ..Default::default()

@@ -26,7 +26,7 @@ fn jobs_do_not_change_a_byte() {
     let files = tree(&one);
     let meshes = files
         .keys()
-        .filter(|name| name.extension().unwrap() == "ply");
+        .filter(|name| name.extension().unwrap() == "ply" && !name.starts_with("references"));
     assert_eq!(meshes.count(), 40);
     let rows = String::from_utf8(files[Path::new("manifest.csv")].clone()).unwrap();
     assert_eq!(rows.lines().count(), 41);

@@ -96,10 +96,15 @@ mod tests {
         ];
         let labels = ["a".to_owned(), "b".to_owned()];
         let test = TestResult::of(&labels, 1.0, answers.into_iter());
-        assert_eq!((test.clouds, test.accuracy), (4, 0.75));
+        assert_eq!((test.clouds, test.accuracy), (5, 0.8));
         assert_eq!(test.class_accuracies, [1.0, 0.0]);
-        assert_eq!((test.known_share, test.known_wrong_share), (0.5, 0.0));
-        assert!((test.loss - 0.5 * std::f64::consts::LN_2).abs() < 1e-5);
-        assert!(test.calibration_error < 1e-5, "{}", test.calibration_error);
+        assert_eq!((test.known_share, test.known_wrong_share), (0.4, 0.0));
+        assert!((test.loss - 0.6 * std::f64::consts::LN_2).abs() < 1e-5);
+        // Of three answers with a probability of 1/2, two are right: 3/5 of |2/3 - 1/2|.
+        assert!(
+            (test.calibration_error - 0.1).abs() < 1e-5,
+            "{}",
+            test.calibration_error
+        );
     }
 }
