@@ -20,8 +20,8 @@ pub(crate) struct Patch {
     pub area_m2: f64,
 }
 
-/// Connected sites that lie significantly inside, the deepest dent first. With hysteresis as Canny's edges (1986): a dent
-/// needs one site beyond the thresholds and reaches as far as half of that.
+/// Connected sites that lie significantly inside, the deepest dent first. Thresholds have hysteresis, as in Canny's edge
+/// detector (1986): at least one site of a dent must exceed them, and its other sites must exceed half of them.
 pub(crate) fn patches(reference: &Reference, field: &Field, parameters: &Parameters) -> Vec<Patch> {
     let mut patches = candidates(reference, field, parameters);
     patches.retain(|patch| {

@@ -71,7 +71,7 @@ fn words(answer: &Deformation, number: usize, dent: &Dent) -> Marker {
     marker
 }
 
-/// A place so far outside of a dent's centre.
+/// A point at this distance from a dent's centre, along its outward direction.
 fn outside(dent: &Dent, distance_m: f64) -> Point {
     let (centre, way) = (&dent.centre, &dent.direction);
     from_point(&Point3::new(

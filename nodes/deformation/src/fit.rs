@@ -16,7 +16,7 @@ const UNKNOWNS: usize = 8;
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 type Step = SVector<f64, UNKNOWNS>;
 
-/// How the reference lies in a cloud's frame.
+/// Pose and scale of the reference in the cloud's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     /// Maps the cloud's frame into the object's.

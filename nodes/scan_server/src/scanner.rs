@@ -27,7 +27,7 @@ const ANSWERS_KEPT: usize = 64;
 pub struct Wish {
     /// How many views at rest; 0: as configured.
     pub views: u32,
-    /// How far to sweep, rad; 0: as configured.
+    /// Angle through which the wrist sweeps, rad; 0: as view_capture is configured.
     pub range_rad: f64,
 }
 

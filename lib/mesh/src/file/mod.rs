@@ -17,7 +17,7 @@ use crate::mesh::Mesh;
 
 pub use ply::{ply_bytes, write_ply};
 
-/// `metres_per_unit` of a file in millimetres.
+/// Length of a file's unit in metres, for files in millimetres.
 pub const MILLIMETRE: f64 = 0.001;
 
 /// What a scanner gives: points, perhaps with normals, perhaps joined to triangles.

@@ -77,7 +77,8 @@ pub(super) struct Cholesky {
     blocks: Vec<Block>,
     /// Row indices of the entries below each block's triangle, block by block.
     rows: Vec<u32>,
-    /// For each block its dense triangle, then its entries in the rows below, both row-major. The diagonal holds 1/Lᵢᵢ.
+    /// Values of the factor, block by block: first the dense triangle of the block, then its entries in the rows below; both are
+    /// row-major. The diagonal holds 1/Lᵢᵢ.
     values: Vec<f64>,
 }
 

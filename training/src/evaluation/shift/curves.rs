@@ -20,7 +20,7 @@ pub struct Curve {
 pub struct Step {
     /// In words.
     pub name: String,
-    /// Whether it is within the range that was trained on.
+    /// Whether this step of the curve lies within the range of the training data.
     pub is_trained: bool,
     /// What is done.
     pub shift: Shift,
