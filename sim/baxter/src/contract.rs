@@ -142,8 +142,10 @@ impl Contract {
                 excess(held_rad, !cut, period_s)
             };
             // In doubt for the commander: against the contract is what no reading of its pauses makes smooth.
-            let readings = [(true, true), (true, false), (false, true), (false, false)];
-            let excesses: Option<Vec<String>> = readings.into_iter().map(excess).collect();
+            let possible = [Possible::Always, Possible::Never, Possible::WhereBroken];
+            let readings = possible.map(|possible| [(true, possible), (false, possible)]);
+            let readings = readings.into_iter().flatten();
+            let excesses: Option<Vec<String>> = readings.map(excess).collect();
             if let Some(first) = excesses.and_then(|excesses| excesses.into_iter().next()) {
                 self.violate(format!("{} {first}", self.name(joint)));
             }
@@ -189,7 +191,16 @@ struct Rests {
     /// Those whose length a burst leaves uncertain.
     where_uncertain: bool,
     /// Those after which the commander may have begun anew, or gone on.
-    where_possible: bool,
+    where_possible: Possible,
+}
+
+/// Which of the pauses that may be rests are taken for rests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Possible {
+    Always,
+    Never,
+    /// Only those after which the setpoints do not go on smoothly.
+    WhereBroken,
 }
 
 /// The sequence from rest, with the arm's rests where the commander paused.
@@ -208,7 +219,12 @@ fn with_holds(
         let begins_anew = (angle_rad - last_rad).abs() <= step_max_rad;
         let must_rest = *pause_s > HOLD_S.max(HOLD_PERIODS * period_s);
         let may_rest = begins_anew && *pause_s > PAUSE_PERIODS * period_s;
-        let is_rest = must_rest || (may_rest && rests.where_possible);
+        let is_taken = match rests.where_possible {
+            Possible::Always => true,
+            Possible::Never => false,
+            Possible::WhereBroken => !goes_on_smoothly(&held_rad, *angle_rad, period_s),
+        };
+        let is_rest = must_rest || (may_rest && is_taken);
         if is_rest && (*is_certain || rests.where_uncertain) {
             // That the arm was not slowed down before is not judged: a commander without processor time cannot.
             held_rad.push(f64::NAN);
@@ -217,6 +233,16 @@ fn with_holds(
         held_rad.push(*angle_rad);
     }
     held_rad
+}
+
+/// Whether the next setpoint keeps the limit of jerk, without a rest before it.
+fn goes_on_smoothly(held_rad: &[f64], next_rad: f64, period_s: f64) -> bool {
+    let [.., a_rad, b_rad, c_rad] = held_rad else {
+        return true;
+    };
+    let jerk_rad_s3 = (next_rad - 3.0 * c_rad + 3.0 * b_rad - a_rad) / period_s.powi(3);
+    // False also where a rest lies between: NaN.
+    jerk_rad_s3.abs() <= RATES_MAX[2] * RATE_SLACK[2]
 }
 
 /// The first rate of change beyond its limit, in words. A sequence that `must_rest` has to come to rest at its end.
