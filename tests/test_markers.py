@@ -69,3 +69,17 @@ def test_a_scan_is_drawn_and_the_next_one_wipes_it(sim, executable):
 
     assert sim.scan(views=1).error == ''
     clouds.wait_for([('views', 0), ('registered', 0), ('views caption', 0), ('registered caption', 0)])
+
+
+def test_a_sweep_is_drawn_while_the_wrist_turns(sim, executable):
+    sim.core.run(executable('scan_markers'))
+    clouds, words = Board('scan_markers/clouds'), Board('scan_markers/words')
+    wait_until(lambda: all(board.subscriber.get_num_connections() for board in (clouds, words)), 20, 'the boards')
+    response = sim.call('sweep_object', timeout_s=60, range=1.2)
+    assert response.error == ''
+    drawn = [('views', index) for index in range(response.result.view_count)]
+    assert len(drawn) >= 8
+    wait_until(lambda: set(drawn) <= set(clouds.markers), 10, 'all views')
+    [answer] = words.wait_for([('answer', 0)])
+    assert answer.text.startswith(response.result.label)
+    assert {('progress', 0), ('progress', 1)} <= words.seen, 'while the wrist turned'

@@ -8,7 +8,7 @@ import pytest
 
 from graph import Listener
 from processes import wait_until
-from test_action import W2
+from test_action import W2, ended, make_client
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 
@@ -111,6 +111,65 @@ def test_a_stop_ends_the_sweep_by_name_and_the_next_scan_works(sim):
     scan.join(10)
     assert 'stop_wrist was called' in errors[0]
     assert sweep(graph).error == ''
+
+
+def sweeping(graph, wrist, range=5.0):
+    """Begins a sweep; returns when the wrist turns. The error is the list's later only element."""
+    errors = []
+    scan = threading.Thread(target=lambda: errors.append(sweep(graph, range).error), daemon=True)
+    scan.start()
+    wrist.wait_for_motion()
+    return errors
+
+
+def test_an_emergency_stop_ends_the_sweep_and_nothing_moves_by_itself(sim):
+    import rospy
+    from std_msgs.msg import Bool, Empty
+    graph, wrist = sim(), watched()
+    button = rospy.Publisher('/sim_baxter/press_estop', Bool, queue_size=1, latch=True)
+    reset = rospy.Publisher('/robot/set_super_reset', Empty, queue_size=1)
+    enable = rospy.Publisher('/robot/set_super_enable', Bool, queue_size=1)
+    errors = sweeping(graph, wrist)
+    button.publish(True)
+    wait_until(lambda: errors, 5, 'the answer')
+    assert 'emergency stop (button pressed' in errors[0]
+    assert wrist.speed < 0.05
+    button.publish(False)
+    wait_until(lambda: 'button released' in sweep(graph).error, 5, 'a released button')
+    reset.publish()
+    wait_until(lambda: 'not enabled' in sweep(graph).error, 5, 'a reset robot')
+    enable.publish(True)
+    wait_until(lambda: sweep(graph).error == '', 20, 'a sweep')
+
+
+def test_a_cancelled_goal_ends_the_sweep(sim):
+    from deformable_cobot.msg import ScanObjectGoal
+    sim()
+    client, wrist = make_client(), watched()
+    for range, state, words in [(5.0, 'PREEMPTED', 'stopped on request'), (1.0, 'SUCCEEDED', '')]:
+        client.send_goal(ScanObjectGoal(range=range))
+        if words:
+            wrist.wait_for_motion()
+            client.cancel_goal()
+        ended_as, result = ended(client)
+        assert (ended_as, words in result.error) == (state, True), result.error
+        assert wrist.speed < 0.05
+
+
+def test_a_clock_that_jumps_ends_the_sweep_by_name(sim):
+    """The robot's, as by a time server: the poses of the images then are those of another time."""
+    import rospy
+    from std_msgs.msg import Float64
+    graph, wrist = sim(), watched()
+    clock = rospy.Publisher('/sim_baxter/step_clock', Float64, queue_size=1, latch=True)
+    for offset_s in (0.5, -0.5):
+        errors = sweeping(graph, wrist)
+        clock.publish(offset_s)
+        wait_until(lambda: errors, 15, 'the answer')
+        assert "the clock of left_w2's joint states was set" in errors[0], errors[0]
+        assert wrist.speed < 0.05
+        clock.publish(0.0)
+        wait_until(lambda: sweep(graph).error == '', 30, 'a sweep')
 
 
 def test_a_camera_that_dies_ends_the_sweep_and_the_wrist_rests(sim):

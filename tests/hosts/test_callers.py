@@ -26,6 +26,8 @@ client.send_goal_and_wait(ScanObjectGoal(views=8))
 # What a caller runs, and on which computer: not on that of the node that it calls.
 ENTRIES = {
     'rotate_wrist': (GRIPPER, ['rosservice', 'call', '/rotate_wrist', 'angle: 2.9']),
+    'sweep_wrist': (GRIPPER, ['rosservice', 'call', '/sweep_wrist', '{angle: 2.9, rate: 1.0}']),
+    'sweep_object': (GRIPPER, ['rosservice', 'call', '/sweep_object', 'range: 5.0']),
     'scan_object, service': (GRIPPER, ['rosservice', 'call', '/scan_object', 'views: 8']),
     'scan_object, action': (GRIPPER, ['/usr/bin/python3', '-c', ACTION_CLIENT]),
     'calibrate_camera_mount': (GRIPPER, ['rosservice', 'call', '/calibrate_camera_mount',

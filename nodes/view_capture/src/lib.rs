@@ -24,4 +24,4 @@ pub use rests::{RestRules, RestView, Rests};
 pub use spacing::{Place, Spacing};
 pub use sweep::{ScanView, Sweep, SweepRules};
 pub use sweep_plan::{SweepPlan, plan_sweep};
-pub use wrist_track::WristTrack;
+pub use wrist_track::{ClockSteps, WristTrack};

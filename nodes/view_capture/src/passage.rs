@@ -78,7 +78,7 @@ impl<C> Passages<C> {
 
     /// Notes the state of the wrist.
     pub fn on_joint(&mut self, sample: &JointSample) -> Option<Vec<PassageView<C>>> {
-        self.track.note(sample);
+        self.track.note(sample, None);
         self.follow()
     }
 

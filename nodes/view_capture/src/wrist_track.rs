@@ -1,7 +1,7 @@
 //! Where the wrist was a short while ago.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use baxter::JointSample;
 
@@ -11,33 +11,64 @@ const REMEMBERED: Duration = Duration::from_secs(3);
 const SAMPLES_MAX: usize = 4000;
 /// Over how much time a rate is measured: several joint states.
 const RATE_WINDOW: Duration = Duration::from_millis(40);
-/// A stamp so far before the newest one belongs to another past.
-const JUMP: Duration = Duration::from_secs(1);
+/// By how much stamps must go back, or run ahead of the time that has passed, to say that a clock was set, s. Joint states come in order,
+/// and held-up ones come later than their stamps, not earlier.
+const STEP_MIN_S: f64 = 0.1;
 
 /// The wrist's angles by their stamps.
 #[derive(Debug, Clone, Default)]
 pub struct WristTrack {
     samples: VecDeque<(Duration, f64)>,
+    /// When the newest sample came.
+    received: Option<Instant>,
+    steps: ClockSteps,
+}
+
+/// How often the clock of the joint states was set.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ClockSteps {
+    /// Times since the track began.
+    pub count: u64,
+    /// By how much the last time, s; positive: ahead.
+    pub last_s: f64,
 }
 
 impl WristTrack {
-    /// Notes a joint state. After a jump back in time it is the first one.
-    pub fn note(&mut self, sample: &JointSample) {
+    /// Notes a joint state and when it came, where time passes as for the robot: not while a bag is replayed. After its clock
+    /// was set it is the first one.
+    pub fn note(&mut self, sample: &JointSample, received: Option<Instant>) {
         if !sample.angle_rad.is_finite() {
             return;
         }
         if let Some((newest, _)) = self.samples.back() {
-            if sample.stamp + JUMP < *newest {
+            let later_s = sample.stamp.as_secs_f64() - newest.as_secs_f64();
+            let passed = received
+                .zip(self.received)
+                .map(|(now, last)| now.saturating_duration_since(last));
+            let ahead_s = passed.map_or(0.0, |passed| later_s - passed.as_secs_f64());
+            let step_s = if later_s < 0.0 { later_s } else { ahead_s };
+            if later_s < -STEP_MIN_S || ahead_s > STEP_MIN_S {
                 self.samples.clear();
-            } else if sample.stamp <= *newest {
+                let count = self.steps.count + 1;
+                self.steps = ClockSteps {
+                    count,
+                    last_s: step_s,
+                };
+            } else if later_s <= 0.0 {
                 return;
             }
         }
+        self.received = received;
         self.samples.push_back((sample.stamp, sample.angle_rad));
         let is_old = |(stamp, _): &(Duration, f64)| *stamp + REMEMBERED < sample.stamp;
         while self.samples.len() > SAMPLES_MAX || self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }
+    }
+
+    /// How often the clock of the joint states was set.
+    pub fn clock_steps(&self) -> ClockSteps {
+        self.steps
     }
 
     /// The rate up to a moment, over some 40 ms, rad/s; 0 where too little is known.
@@ -96,13 +127,13 @@ mod tests {
     fn angles_are_interpolated_between_joint_states_and_not_beyond() {
         let mut track = WristTrack::default();
         for (stamp_ms, angle_rad) in [(1000, 0.0), (1010, 0.01), (1030, 0.05), (1020, 9.0)] {
-            track.note(&sample(stamp_ms, angle_rad));
+            track.note(&sample(stamp_ms, angle_rad), None);
         }
         assert_eq!(at(&track, 1000), Some(0.0));
         assert!(at(&track, 1020).is_some_and(|angle_rad| (angle_rad - 0.03).abs() < 1e-12));
         assert_eq!((at(&track, 999), at(&track, 1031)), (None, None));
         assert!((track.rate_at(Duration::from_millis(1030)) - 0.0).abs() < 1e-12);
-        track.note(&sample(1040, 0.07));
+        track.note(&sample(1040, 0.07), None);
         assert!((track.rate_at(Duration::from_millis(1040)) - 1.75).abs() < 1e-9);
         assert!(track.reaches(Duration::from_millis(1030)));
         assert!(!track.reaches(Duration::from_millis(1041)));
@@ -111,11 +142,37 @@ mod tests {
     #[test]
     fn what_is_old_or_of_another_past_is_forgotten() {
         let mut track = WristTrack::default();
-        (0..1000).for_each(|index| track.note(&sample(10 * index, 1.0)));
+        (0..1000).for_each(|index| track.note(&sample(10 * index, 1.0), None));
         assert!(track.samples.len() <= 301);
         assert_eq!(at(&track, 100), None);
-        track.note(&sample(50, 2.0));
-        track.note(&sample(60, f64::NAN));
+        track.note(&sample(50, 2.0), None);
+        track.note(&sample(60, f64::NAN), None);
         assert_eq!((at(&track, 50), track.samples.len()), (Some(2.0), 1));
+        assert_eq!(track.clock_steps().count, 1);
+    }
+
+    #[test]
+    fn a_clock_that_is_set_is_told_from_messages_that_are_held_up() {
+        let mut track = WristTrack::default();
+        let begin = Instant::now();
+        let note = |track: &mut WristTrack, stamp_ms, received_ms| {
+            let received = begin + Duration::from_millis(received_ms);
+            track.note(&sample(stamp_ms, 0.0), Some(received));
+            (track.clock_steps().count, track.clock_steps().last_s)
+        };
+        for index in 0..10 {
+            assert_eq!(note(&mut track, 1000 + 10 * index, 10 * index).0, 0);
+        }
+        // Nothing comes for 0.4 s, then all at once; nothing comes for 0.4 s, and is lost.
+        for index in 10..50 {
+            assert_eq!(note(&mut track, 1000 + 10 * index, 490).0, 0);
+        }
+        assert_eq!(note(&mut track, 1890, 890).0, 0);
+        let (count, last_s) = note(&mut track, 2400, 900);
+        assert!(count == 1 && (last_s - 0.5).abs() < 1e-9);
+        let (count, last_s) = note(&mut track, 1910, 910);
+        assert!(count == 2 && (last_s + 0.49).abs() < 1e-9);
+        assert_eq!(at(&track, 1910), Some(0.0));
+        assert_eq!(at(&track, 2400), None);
     }
 }

@@ -157,7 +157,7 @@ impl World {
         let held_up = self.stalled > 0 || self.delayed > 0;
         let text = match self.random.random_range(0..24) {
             // What a robot has no way to tell apart, or to say: it is no matter of the commander's.
-            13 | 14 if held_up => return,
+            11 | 13 | 14 if held_up => return,
             6 if !self.bench.silent.is_empty() => return,
             8..11 if coin && !self.bench.silent.is_empty() => return,
             0 | 16..24 => return self.request(),

@@ -34,6 +34,7 @@ impl Capture {
     ) -> anyhow::Result<()> {
         let listening = self.sources.clouds.listen();
         let parameters = self.parameters.now();
+        let clock_steps = self.sources.wrist.clock_steps();
         let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
         let wrist_rad = life.during(self.sources.wrist.angle_now(patience)).await?;
         let mut plan = plan_sweep(&parameters, order.range_rad, wrist_rad)?;
@@ -48,11 +49,18 @@ impl Capture {
         let mut spacing = Spacing::new(&plan);
         let taken = self
             .turn_and_look(&plan, &mut spacing, &listening, life, |view| {
+                self.sources.wrist.check_clock_since(clock_steps)?;
                 self.hand_out(order, view, views);
+                Ok(())
             })
             .await;
         *count = spacing.taken();
         let planned = plan.count;
+        // What a clock that was set leads to is a consequence.
+        let taken = taken.or_else(|error| {
+            let clock = self.sources.wrist.check_clock_since(clock_steps);
+            clock.and(Err(error))
+        });
         taken.with_context(|| format!("sweep, after {count} of {planned} views"))?;
         if *count < planned {
             log::info!(
@@ -70,7 +78,7 @@ impl Capture {
         spacing: &mut Spacing,
         listening: &Listening,
         life: &Life,
-        hand_out: impl FnMut(View),
+        hand_out: impl FnMut(View) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let (blind, is_blind) = oneshot::channel::<String>();
         let (stopped, is_stopped) = watch::channel(false);
@@ -114,7 +122,7 @@ impl Capture {
         &self,
         spacing: &mut Spacing,
         listening: &Listening,
-        mut hand_out: impl FnMut(View),
+        mut hand_out: impl FnMut(View) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let patience = Duration::from_secs_f64(self.parameters.now().transform_deadline_s);
         let mut newest = self.node.clock().now();
@@ -141,7 +149,7 @@ impl Capture {
                     spacing.planned().max(place.index + 2)
                 },
                 ..view
-            });
+            })?;
             if place.is_last {
                 return Ok(());
             }

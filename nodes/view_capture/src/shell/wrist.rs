@@ -1,12 +1,12 @@
 //! Where the wrist is, and was a short while ago, by the joint states.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use msg::robot;
 use msg::sensor_msgs::JointState;
 use tokio::sync::watch;
-use view_capture::WristTrack;
+use view_capture::{ClockSteps, WristTrack};
 
 /// The track of one wrist. Clones share it.
 #[derive(Clone)]
@@ -29,7 +29,9 @@ impl Wrist {
         let wrist = self.clone();
         move |state| {
             if let Some(sample) = robot::joint_sample(state, wrist.joint) {
-                wrist.track.send_modify(|track| track.note(&sample));
+                wrist
+                    .track
+                    .send_modify(|track| track.note(&sample, Some(Instant::now())));
             }
         }
     }
@@ -49,6 +51,22 @@ impl Wrist {
                 self.joint
             )
         })
+    }
+
+    /// How often the clock of the joint states was set until now.
+    pub fn clock_steps(&self) -> ClockSteps {
+        self.track.borrow().clock_steps()
+    }
+
+    /// Refuses where the clock was set since: angles and images then do not belong together by their stamps.
+    pub fn check_clock_since(&self, before: ClockSteps) -> anyhow::Result<()> {
+        let ClockSteps { count, last_s } = self.clock_steps();
+        ensure!(
+            count == before.count,
+            "the clock of {}'s joint states was set by {last_s:.2} s meanwhile; ask again, and keep the clocks in step (chronyc)",
+            self.joint
+        );
+        Ok(())
     }
 
     /// Angle and rate at a moment of ROS time, rad and rad/s, waited for until joint states reach it.
