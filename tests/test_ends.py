@@ -1,4 +1,4 @@
-"""Each node told to end at random moments of a scan: exit code 0, no motion after that, and the next scan is right.
+"""Each node told to end at random moments of a scan or a sweep: exit code 0, no motion after that, and the next scan is right.
 
 DEFORMABLE_COBOT_MOMENTS says how many moments for each node; each is one of three ways to tell it.
 """
@@ -24,7 +24,7 @@ SCAN_S = 4.0
 END_MAX_S = 3.0 + 1.0
 # Motion is ordered through these; it must be over when one of them is.
 MOVERS = ('scan_server', 'view_capture', 'wrist_rotator')
-NODES = MOVERS + ('camera_mount', 'depth_threshold', 'icp_registration', 'roi_crop', 'classifier')
+NODES = MOVERS + ('camera_mount', 'depth_threshold', 'icp_registration', 'roi_crop', 'classifier', 'deformation')
 
 
 @pytest.fixture
@@ -45,6 +45,8 @@ def ask(graph, what):
     try:
         if what == 'calibrate_camera_mount':
             return graph.call(what, timeout_s=90, views=4, add=False, write=False).error
+        if what == 'sweep_object':
+            return graph.call(what, timeout_s=60, range=4.0).error
         return graph.scan(5).error
     except (rospy.ServiceException, TimeoutError) as error:
         return str(error)
@@ -59,7 +61,7 @@ def tell(graph, node, way):
 
 def check_end(graph, node, draw):
     wrist, way, delay_s = W2(), draw.choice(('SIGINT', 'SIGTERM', 'rosnode kill')), draw.uniform(0, SCAN_S)
-    asked = 'calibrate_camera_mount' if node == 'camera_mount' else 'scan_object'
+    asked = 'calibrate_camera_mount' if node == 'camera_mount' else draw.choice(('scan_object', 'sweep_object'))
     before = exits(graph, node)
     with ThreadPoolExecutor() as pool:
         answer = pool.submit(ask, graph, asked)
@@ -67,7 +69,7 @@ def check_end(graph, node, draw):
         tell(graph, node, way)
         ended = wait_until(lambda: exits(graph, node)[len(before):], END_MAX_S, f'the end of {node}')
         left_at = wrist.angle
-        if node in MOVERS or asked != 'scan_object':
+        if node in MOVERS or node == 'camera_mount':
             # As long as motion that goes on would need, and before roslaunch's respawn: then whoever still waits is served.
             time.sleep(0.5)
             assert abs(wrist.angle - left_at) < 0.01, f'{node}, {way} {delay_s:.2f} s after {asked} began: the arm moves on'
