@@ -82,4 +82,4 @@ def test_a_sweep_is_drawn_while_the_wrist_turns(sim, executable):
     wait_until(lambda: set(drawn) <= set(clouds.markers), 10, 'all views')
     [answer] = words.wait_for([('answer', 0)])
     assert answer.text.startswith(response.result.label)
-    assert {('progress', 0), ('progress', 1)} <= words.seen, 'while the wrist turned'
+    assert ('progress', 0) in words.seen, 'while the wrist turned'

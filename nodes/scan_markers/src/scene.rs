@@ -11,6 +11,8 @@ use scan_markers::{Layout, Parameters, Words, answer_words, progress_words, view
 const CAPTION: [f32; 3] = [0.75, 0.75, 0.75];
 const REGISTERED: [f32; 3] = [1.0, 0.7, 0.25];
 const PROGRESS: [f32; 3] = [1.0, 0.9, 0.2];
+/// Views that may wait for TF, which comes somewhat later than an image.
+const WAITING_MAX: usize = 16;
 /// Height of a caption above its cloud, m.
 const CAPTION_RISE_M: f64 = 0.05;
 /// Height of the answer above the line about progress, m.
@@ -25,6 +27,8 @@ pub struct Scene {
     scan_id: String,
     /// `None` before the first view.
     layout: Option<Layout>,
+    /// Views that are not drawn yet, since the layout needs TF at the stamp of the first.
+    waiting: Vec<View>,
     /// The newest view, by scan and index, to recognise repetitions of latched messages.
     newest_view: (String, u8, u32),
     /// The registered cloud; it may arrive before the view that determines the layout.
@@ -46,6 +50,7 @@ impl Scene {
             answer_place,
             scan_id: String::new(),
             layout: None,
+            waiting: Vec::new(),
             newest_view: Default::default(),
             registered: None,
             clouds: Board::default(),
@@ -56,6 +61,8 @@ impl Scene {
     /// Draws the progress of a scan.
     pub fn on_progress(&mut self, report: &ScanObjectFeedback) {
         self.begin(&report.scan_id);
+        // That TF is missing is said when the next view or the registered cloud comes.
+        let _ = self.draw_waiting();
         self.words.wipe("progress");
         let Some(words) = progress_words(&report.state, report.view, report.count) else {
             return;
@@ -89,23 +96,36 @@ impl Scene {
         if view.kind != View::VIEW {
             return Ok(());
         }
-        if self.layout.is_none() {
-            self.layout = Some(self.layout_of(view)?);
+        self.waiting.push(view.clone());
+        match self.draw_waiting() {
+            Err(error) if self.waiting.len() > WAITING_MAX => {
+                self.waiting.remove(0);
+                Err(error)
+            }
+            _ => Ok(()),
         }
-        let scan_from_camera = if view.has_pose {
-            msg::transform::to_isometry(&view.hand_from_camera)
-        } else {
-            None
-        };
-        let scan_from_camera = scan_from_camera.unwrap_or_else(Isometry3::identity);
-        let colour = view_colour(view.index);
-        self.draw_cloud(
-            ("views", view.index),
-            &view.cloud,
-            scan_from_camera,
-            1.0,
-            colour,
-        )?;
+    }
+
+    /// Draws the views that wait.
+    ///
+    /// # Errors
+    /// TF at the stamp of the first one is not known, or not yet.
+    fn draw_waiting(&mut self) -> anyhow::Result<()> {
+        if self.layout.is_none()
+            && let Some(first) = self.waiting.first()
+        {
+            self.layout = Some(self.layout_of(first)?);
+        }
+        for view in std::mem::take(&mut self.waiting) {
+            let scan_from_camera = if view.has_pose {
+                msg::transform::to_isometry(&view.hand_from_camera)
+            } else {
+                None
+            };
+            let scan_from_camera = scan_from_camera.unwrap_or_else(Isometry3::identity);
+            let (name, colour) = (("views", view.index), view_colour(view.index));
+            self.draw_cloud(name, &view.cloud, scan_from_camera, 1.0, colour)?;
+        }
         self.draw_registered()
     }
 
@@ -114,7 +134,7 @@ impl Scene {
         if registered.scan_id == self.scan_id && registered.error.is_empty() {
             self.registered = Some(registered);
         }
-        self.draw_registered()
+        self.draw_waiting()
     }
 
     fn draw_registered(&mut self) -> anyhow::Result<()> {
@@ -166,6 +186,7 @@ impl Scene {
         if scan_id != self.scan_id && !scan_id.is_empty() {
             self.scan_id = scan_id.into();
             self.layout = None;
+            self.waiting.clear();
             self.registered = None;
             self.answer_place = over_the_hand(&self.parameters);
             self.clouds.clear();
