@@ -20,10 +20,12 @@ mod guard;
 mod monitor;
 mod motion;
 mod parameters;
+mod refusal;
 mod setpoints;
 
-pub use guard::{Guard, Refusal};
+pub use guard::Guard;
 pub use monitor::{Monitor, Snapshot};
 pub use motion::{ConstantPart, Ended, Motion, MotionError, Step, Turn};
 pub use parameters::{Parameters, Surroundings};
+pub use refusal::Refusal;
 pub use setpoints::{NoPath, RateLimits, Setpoint, Setpoints};

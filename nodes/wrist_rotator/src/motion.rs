@@ -1,30 +1,17 @@
 //! One motion of W2 from the first command to the rest of the arm, at its target or wherever the motion had to end.
 
+mod ended;
+mod rest;
+
 use std::time::{Duration, Instant};
 
-use baxter::{Arrival, Arrived, JOINTS_PER_ARM, W2, fresh};
+use baxter::{Arrival, JOINTS_PER_ARM, W2};
 
-use crate::guard::{Guard, Refusal};
+use crate::guard::Guard;
 use crate::monitor::Snapshot;
 use crate::parameters::Parameters;
 use crate::setpoints::{NoPath, RateLimits, Setpoints};
-
-/// Pause between ticks, in periods and in seconds, after which the arm counts as held: the robot has stopped at the last
-/// setpoint, and going on at speed would be a jump. The larger counts: timers are no finer than a millisecond.
-const STALL_PERIODS: f64 = 3.0;
-const STALL_S: f64 = 0.03;
-
-/// Silence after which the robot may, and after which it must have left its last setpoint to hold wherever it is: its timeout
-/// is 0.2 s.
-const MAY_LET_GO: Duration = Duration::from_millis(150);
-const LET_GO: Duration = Duration::from_millis(250);
-
-/// Distance from the setpoint at which the arm counts as there when it comes to rest, rad.
-const NEAR_RAD: f64 = 0.02;
-
-/// How long the arm may take to come to rest once it is no longer commanded. The robot holds where it is 0.2 s after the last
-/// command.
-const REST_PATIENCE: Duration = Duration::from_secs(2);
+pub use ended::{ConstantPart, Ended, MotionError};
 
 /// What to do at a tick.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,84 +42,6 @@ impl From<f64> for Turn {
     }
 }
 
-/// The part of a turn in which the commanded rate is constant, by the stamps of the joint states that were the newest then.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ConstantPart {
-    /// When it began, ROS time.
-    pub from: Duration,
-    /// When it ended, ROS time.
-    pub until: Duration,
-}
-
-/// The end of a motion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ended {
-    /// At the target, or why not.
-    pub result: Result<Arrived, MotionError>,
-    /// Where and since when the arm rests; `None` where it was not seen at rest within 2 s.
-    pub rest: Option<Arrived>,
-    /// The last part at a constant rate that nothing interrupted; `None` where the rate was never reached.
-    pub constant: Option<ConstantPart>,
-}
-
-/// Why a motion ended before its target.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MotionError {
-    /// A rule forbids to go on.
-    #[error("motion stopped: {0}")]
-    Refused(#[from] Refusal),
-    /// Something is not heard, or was not listened to.
-    #[error(
-        "motion stopped: {refusal}; this computer did not get to run for {stalled_s:.2} s: it is too busy"
-    )]
-    Stalled {
-        /// What is old.
-        refusal: Refusal,
-        /// Time between two ticks, s.
-        stalled_s: f64,
-    },
-    /// The arm is elsewhere than it was told.
-    #[error(
-        "motion stopped: {joint} is at {measured_rad:.3} rad when {commanded_rad:.3} was commanded, and has been \
-         no nearer for {lagging_s:.1} s: the arm is blocked, slower than the speed ratio asked for, or does not \
-         receive its commands"
-    )]
-    NotFollowing {
-        /// Joint.
-        joint: &'static str,
-        /// Where it is.
-        measured_rad: f64,
-        /// Where it should be.
-        commanded_rad: f64,
-        /// How long it has been too far behind.
-        lagging_s: f64,
-    },
-    /// Too late.
-    #[error(
-        "motion stopped: {joint} is not at rest at {target_rad:.3} rad after {after_s:.1} s; it is at \
-         {measured_rad:.3} rad"
-    )]
-    Deadline {
-        /// Joint.
-        joint: &'static str,
-        /// Where it should be.
-        target_rad: f64,
-        /// Where it is.
-        measured_rad: f64,
-        /// Time since the start.
-        after_s: f64,
-    },
-    /// Somebody called `stop_wrist`.
-    #[error("motion stopped: stop_wrist was called")]
-    Stopped,
-    /// Whoever asked no longer waits; in words.
-    #[error("motion stopped: {0}")]
-    NobodyWaits(String),
-    /// The generator of setpoints failed.
-    #[error("motion stopped: {0}")]
-    NoPath(#[from] NoPath),
-}
-
 /// A motion under way. Call [`Motion::step`] at each tick until it says that the motion has ended; then drop it.
 #[derive(Debug, Clone)]
 pub struct Motion {
@@ -156,22 +65,6 @@ pub struct Motion {
     last_tick: Instant,
     /// When the arm was last near enough to what is commanded.
     last_followed: Instant,
-}
-
-/// The last command, rad, where the robot may still hold the arm there: the next has to go on from it, not from the measured
-/// angles, which differ a little.
-fn in_force(
-    snapshot: &Snapshot,
-    measured_rad: &[f64; JOINTS_PER_ARM],
-    now: Instant,
-) -> Option<[f64; JOINTS_PER_ARM]> {
-    let last_rad = fresh(snapshot.commanded.as_ref(), LET_GO, now).ok()?;
-    let is_near = |(last, measured): (&f64, &f64)| (last - measured).abs() <= NEAR_RAD;
-    last_rad
-        .iter()
-        .zip(measured_rad)
-        .all(is_near)
-        .then_some(*last_rad)
 }
 
 #[derive(Debug, Clone)]
@@ -204,7 +97,7 @@ impl Motion {
         let guard = Guard::new(parameters);
         let measured_rad = guard.check_start(snapshot, target_rad, now)?;
         guard.check_rate(rate_rad_s)?;
-        let held_rad = in_force(snapshot, &measured_rad, now).unwrap_or(measured_rad);
+        let held_rad = rest::in_force(snapshot, &measured_rad, now).unwrap_or(measured_rad);
         let period_s = 1.0 / parameters.rate_hz;
         let mut setpoints = Setpoints::at_rest(held_rad[W2], period_s);
         let (mut limits, stop_limits) = (parameters.limits(), parameters.stop_limits());
@@ -228,7 +121,7 @@ impl Motion {
             target_rad,
             following_error_max_rad: parameters.following_error_max_rad,
             following_patience: Duration::from_secs_f64(parameters.following_patience_s),
-            stall: Duration::from_secs_f64(STALL_S.max(STALL_PERIODS * period_s)),
+            stall: rest::stall(period_s),
             started: now,
             deadline: now + Duration::from_secs_f64(allowed_s),
             last_tick: now,
@@ -249,17 +142,6 @@ impl Motion {
         }
     }
 
-    /// Ends the motion for a reason from outside, along a ramp. The first reason counts.
-    pub fn end(&mut self, reason: MotionError, now: Instant) {
-        if !matches!(self.phase, Phase::Turning | Phase::Held) {
-            return;
-        }
-        self.phase = match self.setpoints.come_to_rest(&self.stop_limits) {
-            Ok(()) => Phase::Ramp(reason),
-            Err(_) => Phase::Settling(reason, now),
-        };
-    }
-
     /// What to do now.
     pub fn step(&mut self, snapshot: &Snapshot, now: Instant) -> Step {
         let elapsed = now.saturating_duration_since(self.last_tick);
@@ -270,13 +152,7 @@ impl Motion {
         if matches!(self.phase, Phase::Turning | Phase::Held) {
             match self.turn(snapshot, now) {
                 Ok(step) => return step,
-                Err(MotionError::Refused(refusal))
-                    if elapsed > self.stall && refusal.is_of_silence() =>
-                {
-                    let stalled_s = elapsed.as_secs_f64();
-                    self.end(MotionError::Stalled { refusal, stalled_s }, now);
-                }
-                Err(reason) => self.end(reason, now),
+                Err(reason) => self.end(self.blame_stall(reason, elapsed), now),
             }
         }
         self.come_to_rest(snapshot, now)
@@ -361,66 +237,6 @@ impl Motion {
             });
         }
         Ok(())
-    }
-
-    /// After ticks that did not come the robot rests at the last setpoint; from there the motion goes on as from any rest.
-    /// Unless the robot may have let go of a setpoint at which the arm is not: it would jump there.
-    fn resume_after_stall(&mut self, stalled: Duration, snapshot: &Snapshot, now: Instant) {
-        let setpoint_rad = self.setpoints.now().angle_rad;
-        self.setpoints.rest_at(setpoint_rad);
-        let measured_rad = snapshot.joints[W2].map_or(f64::NAN, |sample| sample.value.angle_rad);
-        let is_near = (measured_rad - setpoint_rad).abs() <= NEAR_RAD;
-        match &self.phase {
-            Phase::Turning | Phase::Held if stalled > MAY_LET_GO && !is_near => {
-                let reason = MotionError::NotFollowing {
-                    joint: self.joint,
-                    measured_rad,
-                    commanded_rad: setpoint_rad,
-                    lagging_s: stalled.as_secs_f64(),
-                };
-                self.phase = Phase::Settling(reason, now);
-            }
-            Phase::Turning | Phase::Held => self.phase = Phase::Held,
-            Phase::Ramp(reason) if stalled > MAY_LET_GO => {
-                self.phase = Phase::Settling(reason.clone(), now);
-            }
-            Phase::Ramp(_) | Phase::Settling(..) => {}
-        }
-    }
-
-    /// One tick of an end before the target.
-    fn come_to_rest(&mut self, snapshot: &Snapshot, now: Instant) -> Step {
-        if let Phase::Ramp(reason) = &self.phase {
-            let taken = self.guard.check_commands_taken(snapshot, now).is_ok();
-            let settling = Phase::Settling(reason.clone(), now);
-            if taken {
-                let last = self.command();
-                if self.setpoints.is_resting() {
-                    self.phase = settling;
-                }
-                return last;
-            }
-            self.phase = settling;
-        }
-        let Phase::Settling(reason, since) = &self.phase else {
-            return Step::Wait;
-        };
-        let settling = now.saturating_duration_since(*since);
-        let setpoint_rad = self.setpoints.now().angle_rad;
-        let rest = snapshot.joints[W2]
-            .and_then(|sample| self.rest.observe(sample.value))
-            // An arm that is blocked short of its setpoint would go on if it came free.
-            .filter(|at| (at.angle_rad - setpoint_rad).abs() <= NEAR_RAD || settling > LET_GO);
-        if rest.is_none() && settling <= REST_PATIENCE {
-            return Step::Wait;
-        }
-        let result = Err(reason.clone());
-        let constant = self.constant;
-        Step::Ended(Ended {
-            result,
-            rest,
-            constant,
-        })
     }
 
     fn command(&mut self) -> Step {
