@@ -15,4 +15,4 @@ pub use goal_server::{GoalServer, Topics};
 pub use goals::{GoalId, GoalState, Goals, Outcome, Status};
 pub use parameters::Parameters;
 pub use progress::{Progress, State};
-pub use scanner::{Plan, Scanned, Scanner, Stages, Wish};
+pub use scanner::{Scanned, Scanner, Stages, Wish};

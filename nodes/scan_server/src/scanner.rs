@@ -7,6 +7,7 @@ use crate::goals::Outcome;
 use crate::parameters::Parameters;
 use crate::progress::{Progress, State};
 use anyhow::{Context, bail, ensure};
+use baxter::WristPlan;
 use msg::deformable_cobot::{Classification, ScanObjectRes, View};
 use msg::view::new_scan_id;
 use node::Life;
@@ -40,33 +41,14 @@ impl From<u32> for Wish {
     }
 }
 
-/// How the wrist turns.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plan {
-    /// To each angle (rad), where it comes to rest for a view.
-    Rests(Vec<f64>),
-    /// Through a range, with views while it turns.
-    Sweep {
-        /// How far, rad.
-        range_rad: f64,
-        /// Views, if none is left out.
-        count: u32,
-    },
-}
-
-impl Plan {
-    fn count(&self) -> u32 {
-        match self {
-            Self::Rests(angles_rad) => angles_rad.len() as u32,
-            Self::Sweep { count, .. } => *count,
-        }
-    }
-}
-
 /// What a scan needs of the running graph. All futures end when `life` does; the arm rests then.
 pub trait Stages: Send + Sync {
     /// How to take the views that are asked for.
-    fn plan(&self, wish: Wish, life: &Life) -> impl Future<Output = anyhow::Result<Plan>> + Send;
+    fn plan(
+        &self,
+        wish: Wish,
+        life: &Life,
+    ) -> impl Future<Output = anyhow::Result<WristPlan>> + Send;
     /// `life`, which ends also when `stop_wrist` is called: also between two turns, when nothing moves.
     fn until_wrist_stopped(&self, life: &Life) -> Life;
     /// Waits until somebody registers views, so that the first one is not lost.
@@ -174,17 +156,17 @@ impl<S: Stages> Scanner<S> {
     async fn views_to_label(
         &self,
         scan_id: &str,
-        plan: &Plan,
+        plan: &WristPlan,
         life: &Life,
     ) -> anyhow::Result<Classification> {
         let mut answers = Answers::new(&self.answers, scan_id);
         life.during(self.stages.until_registered()).await?;
         match plan {
-            Plan::Rests(angles_rad) => {
+            WristPlan::Rests(angles_rad) => {
                 self.views_at_rest(scan_id, angles_rad, &mut answers, life)
                     .await?;
             }
-            Plan::Sweep { range_rad, count } => {
+            WristPlan::Sweep { range_rad, count } => {
                 self.views_of_sweep(scan_id, *range_rad, *count, &mut answers, life)
                     .await?;
             }

@@ -5,12 +5,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use anyhow::{bail, ensure};
+use baxter::WristPlan;
 use msg::deformable_cobot::{Classification, ScanObjectResult, View};
 use node::Life;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use scan_server::{
-    GoalId, GoalServer, GoalState, Outcome, Parameters, Plan, Scanner, Stages, Status, Topics, Wish,
+    GoalId, GoalServer, GoalState, Outcome, Parameters, Scanner, Stages, Status, Topics, Wish,
 };
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -117,17 +118,17 @@ impl World {
 }
 
 impl Stages for Graph {
-    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<Plan> {
+    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<WristPlan> {
         self.0.call(20, life).await?;
         let Wish { views, range_rad } = wish;
         ensure!(views <= 64, "{views} views");
         if views == 0 || range_rad != 0.0 {
-            return Ok(Plan::Sweep {
+            return Ok(WristPlan::Sweep {
                 range_rad: range_rad.max(1.2),
                 count: 13,
             });
         }
-        Ok(Plan::Rests((0..views).map(f64::from).collect()))
+        Ok(WristPlan::Rests((0..views).map(f64::from).collect()))
     }
 
     async fn sweep(&self, _: f64, count: u32, scan_id: &str, life: &Life) -> anyhow::Result<u32> {

@@ -1,7 +1,8 @@
 //! Which wrist angles views are taken at, and when one may be taken.
 //!
-//! In active mode [`plan_scan`] gives the wrist angles to ask for, or the sweep whose images [`Spacing`] chooses from. In passive mode [`Rests`] and [`Sweep`] watch the wrist and
-//! the clouds and find the views in what somebody else makes the robot do (paper, Sec. VI-C 2).
+//! In active mode [`plan_scan`] gives the wrist angles to ask for, or the sweep whose images [`Spacing`] chooses from. In
+//! passive mode [`Rests`] and [`Sweep`] watch the wrist and the clouds and find the views in what somebody else makes the
+//! robot do (paper, Sec. VI-C 2).
 
 mod moved;
 mod offset;
@@ -18,7 +19,7 @@ mod wrist_track;
 pub use offset::ClockDifference;
 pub use parameters::{Mode, Motion, Parameters};
 pub use passage::{PassageRules, PassageView, Passages};
-pub use plan::{Plan, PlanError, check, plan, plan_scan};
+pub use plan::{PlanError, check, plan, plan_scan};
 pub use pose_check::{ImagePlane, PoseError, PoseRules};
 pub use rests::{RestRules, RestView, Rests};
 pub use spacing::{Place, Spacing};

@@ -3,6 +3,7 @@
 use crate::Parameters;
 use crate::parameters::Motion;
 use crate::sweep_plan::plan_sweep;
+use baxter::WristPlan;
 use thiserror::Error;
 
 /// A scan that cannot be made.
@@ -65,20 +66,6 @@ pub enum PlanError {
     },
 }
 
-/// How a scan turns the wrist.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plan {
-    /// To each angle (rad), where it comes to rest for a view.
-    Rests(Vec<f64>),
-    /// Through a range, with views while it turns.
-    Sweep {
-        /// How far, rad.
-        range_rad: f64,
-        /// Views.
-        count: u32,
-    },
-}
-
 /// Views of one scan at most: beyond it they lie closer than the wrist's accuracy is worth.
 pub(crate) const VIEWS_MAX: usize = 64;
 
@@ -86,15 +73,19 @@ pub(crate) const VIEWS_MAX: usize = 64;
 ///
 /// # Errors
 /// What cannot be made; see [`PlanError`].
-pub fn plan_scan(parameters: &Parameters, views: u32, range_rad: f64) -> Result<Plan, PlanError> {
+pub fn plan_scan(
+    parameters: &Parameters,
+    views: u32,
+    range_rad: f64,
+) -> Result<WristPlan, PlanError> {
     let sweeps_by_itself = parameters.motion == Motion::Sweep && views == 0 && parameters.use_tf;
     let range_rad = match range_rad {
         0.0 if sweeps_by_itself => parameters.sweep_range_rad,
-        0.0 => return plan(parameters, views).map(Plan::Rests),
+        0.0 => return plan(parameters, views).map(WristPlan::Rests),
         range_rad => range_rad,
     };
     let sweep = plan_sweep(parameters, range_rad, parameters.middle_rad())?;
-    Ok(Plan::Sweep {
+    Ok(WristPlan::Sweep {
         range_rad,
         count: sweep.count,
     })
@@ -203,7 +194,7 @@ mod tests {
 
     fn is_sweep(parameters: &Parameters, views: u32, range_rad: f64) -> bool {
         let plan = plan_scan(parameters, views, range_rad).unwrap();
-        matches!(plan, Plan::Sweep { .. })
+        matches!(plan, WristPlan::Sweep { .. })
     }
 
     #[test]

@@ -2,11 +2,12 @@
 
 use super::diagnostics::Diagnostics;
 use anyhow::{Context, ensure};
+use baxter::WristPlan;
 use msg::deformable_cobot::{CaptureViews, CaptureViewsReq, PlanViews, PlanViewsReq, View};
 use msg::sensor_msgs::PointCloud2;
 use msg::view::{end, failed};
 use node::{CallError, Clock, Count, Expect, Latch, Life, Node, Publisher, Subscriber};
-use scan_server::{Parameters, Plan, Stages, Wish};
+use scan_server::{Parameters, Stages, Wish};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast;
@@ -59,7 +60,7 @@ impl Graph {
 }
 
 impl Stages for Graph {
-    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<Plan> {
+    async fn plan(&self, wish: Wish, life: &Life) -> anyhow::Result<WristPlan> {
         let request = PlanViewsReq {
             views: wish.views,
             range: wish.range_rad,
@@ -70,9 +71,9 @@ impl Stages for Graph {
         let planned = called.await.map_err(reason)?;
         ensure!(planned.error.is_empty(), "{}", planned.error);
         if planned.range == 0.0 {
-            return Ok(Plan::Rests(planned.angles));
+            return Ok(WristPlan::Rests(planned.angles));
         }
-        Ok(Plan::Sweep {
+        Ok(WristPlan::Sweep {
             range_rad: planned.range,
             count: planned.count,
         })

@@ -8,6 +8,7 @@ use super::time_offset::TimeOffset;
 use super::view::{timing, view_of};
 use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
+use baxter::WristPlan;
 use msg::Time;
 use msg::deformable_cobot::{
     CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
@@ -18,7 +19,7 @@ use node::{CallError, Count, Life, Node, Publisher, Transforms, Tuned};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
-use view_capture::{Parameters, Plan, PlanError, check, plan, plan_scan};
+use view_capture::{Parameters, PlanError, check, plan, plan_scan};
 
 /// What a view is made of.
 pub struct Sources {
@@ -64,12 +65,12 @@ impl Capture {
     /// Answers `plan_views`.
     pub fn plan(&self, request: PlanViewsReq) -> PlanViewsRes {
         match plan_scan(&self.parameters.now(), request.views, request.range) {
-            Ok(Plan::Rests(angles)) => PlanViewsRes {
+            Ok(WristPlan::Rests(angles)) => PlanViewsRes {
                 count: angles.len() as u32,
                 angles,
                 ..Default::default()
             },
-            Ok(Plan::Sweep { range_rad, count }) => PlanViewsRes {
+            Ok(WristPlan::Sweep { range_rad, count }) => PlanViewsRes {
                 range: range_rad,
                 count,
                 ..Default::default()
