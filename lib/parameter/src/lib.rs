@@ -51,9 +51,46 @@ pub fn in_range<T: PartialOrd + Display>(
     Err(ParameterError::new(name, value, allowed))
 }
 
+/// Checks fields of parameters, each with its range and its unit where its name does not tell; a prefix completes the names of
+/// a group of parameters. The function around it returns the error of the first field that is out of its range.
+#[macro_export]
+macro_rules! check_ranges {
+    ($parameters:expr; $($fields:tt)*) => { $crate::check_ranges!($parameters, ""; $($fields)*) };
+    ($parameters:expr, $prefix:literal; $($name:ident: $range:expr $(, $unit:literal)?;)*) => {
+        $($crate::in_range(
+            concat!($prefix, stringify!($name)),
+            $parameters.$name,
+            $range,
+            concat!($($unit)?),
+        )?;)*
+    };
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fields_of_a_group_are_named_with_it() {
+        struct Hand {
+            force: f64,
+            speed_rad_s: f64,
+        }
+        let check = |hand: &Hand| -> Result<(), ParameterError> {
+            check_ranges! { hand, "hand/";
+                force: 0.0..=1.0;
+                speed_rad_s: 0.1..=3.5, "rad/s";
+            }
+            Ok(())
+        };
+        let hand = |force, speed_rad_s| Hand { force, speed_rad_s };
+        let refused = |hand: &Hand| check(hand).err().map(|error| error.to_string());
+        assert_eq!(refused(&hand(1.0, 0.1)), None);
+        let force = "parameter hand/force is 2; it must be from 0 to 1";
+        assert_eq!(refused(&hand(2.0, 9.0)), Some(force.to_owned()));
+        let speed = "parameter hand/speed_rad_s is 9; it must be from 0.1 to 3.5 rad/s";
+        assert_eq!(refused(&hand(0.5, 9.0)), Some(speed.to_owned()));
+    }
 
     #[test]
     fn the_message_names_parameter_value_and_range() {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the calibration.
@@ -29,7 +29,10 @@ impl Default for SweepParameters {
 
 impl SweepParameters {
     pub(crate) fn validate(&self) -> Result<(), ParameterError> {
-        in_range("calibration/view_count", self.view_count, 2..=64, "")?;
-        in_range("calibration/deadline_s", self.deadline_s, 1.0..=3600.0, "s")
+        check_ranges! { self, "calibration/";
+            view_count: 2..=64;
+            deadline_s: 1.0..=3600.0, "s";
+        }
+        Ok(())
     }
 }

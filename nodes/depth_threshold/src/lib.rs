@@ -10,7 +10,7 @@ mod intrinsics;
 mod rvl;
 
 use nalgebra::Point3;
-use parameter::{ParameterError, Tunable, in_range, tunables};
+use parameter::{ParameterError, Tunable, check_ranges, tunables};
 use serde::{Deserialize, Serialize};
 
 pub use compressed::{CompressedError, Unpacked};
@@ -62,12 +62,10 @@ impl Parameters {
         for tunable in Self::TUNABLES {
             tunable.check(self)?;
         }
-        in_range(
-            "depth_min_m",
-            self.depth_min_m,
-            0.0..=self.depth_max_m,
-            "m (depth_max_m)",
-        )
+        check_ranges! { self;
+            depth_min_m: 0.0..=self.depth_max_m, "m (depth_max_m)";
+        }
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Settings of the gripper node.
 
 use baxter::{Gap, Side, StateRules};
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -135,9 +135,11 @@ impl Parameters {
     /// # Errors
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("state_age_max_s", self.state_age_max_s, 0.05..=5.0, "s")?;
-        in_range("motion_patience_s", self.motion_patience_s, 0.5..=60.0, "s")?;
-        in_range("settle_s", self.settle_s, 0.02..=2.0, "s")?;
+        check_ranges! { self;
+            state_age_max_s: 0.05..=5.0, "s";
+            motion_patience_s: 0.5..=60.0, "s";
+            settle_s: 0.02..=2.0, "s";
+        }
         self.electric.validate()?;
         self.reflex.validate()
     }
@@ -181,25 +183,13 @@ impl ReflexParameters {
 impl ElectricParameters {
     fn validate(&self) -> Result<(), ParameterError> {
         self.gap.validate()?;
-        for (name, share) in [
-            ("electric/velocity", self.velocity),
-            ("electric/moving_force", self.moving_force),
-            ("electric/holding_force", self.holding_force),
-            ("electric/dead_zone", self.dead_zone),
-        ] {
-            in_range(name, share, 0.01..=1.0, "")?;
-        }
-        for (name, patience_s) in [
-            (
-                "electric/acknowledge_patience_s",
-                self.acknowledge_patience_s,
-            ),
-            (
-                "electric/calibration_patience_s",
-                self.calibration_patience_s,
-            ),
-        ] {
-            in_range(name, patience_s, 0.1..=60.0, "s")?;
+        check_ranges! { self, "electric/";
+            velocity: 0.01..=1.0;
+            moving_force: 0.01..=1.0;
+            holding_force: 0.01..=1.0;
+            dead_zone: 0.01..=1.0;
+            acknowledge_patience_s: 0.1..=60.0, "s";
+            calibration_patience_s: 0.1..=60.0, "s";
         }
         Ok(())
     }
@@ -212,32 +202,15 @@ impl ReflexParameters {
     const PRESHAPE_MAX_RAD: f64 = 1.75;
 
     fn validate(&self) -> Result<(), ParameterError> {
-        for (name, value, range, unit) in [
-            ("reflex/open_width_m", self.open_width_m, 0.01..=0.5, "m"),
-            (
-                "reflex/closed_rad",
-                self.closed_rad,
-                0.1..=Self::ANGLE_MAX_RAD,
-                "rad",
-            ),
-            (
-                "reflex/preshape_rad",
-                self.preshape_rad,
-                0.0..=Self::PRESHAPE_MAX_RAD,
-                "rad",
-            ),
-            ("reflex/speed_rad_s", self.speed_rad_s, 0.1..=3.5, "rad/s"),
-            ("reflex/load_max", self.load_max, 1.0..=1000.0, ""),
-            ("reflex/force", self.force, 0.01..=1.0, ""),
-            ("reflex/lead_max_rad", self.lead_max_rad, 0.01..=1.0, "rad"),
-            (
-                "reflex/tolerance_rad",
-                self.tolerance_rad,
-                0.01..=0.5,
-                "rad",
-            ),
-        ] {
-            in_range(name, value, range, unit)?;
+        check_ranges! { self, "reflex/";
+            open_width_m: 0.01..=0.5, "m";
+            closed_rad: 0.1..=Self::ANGLE_MAX_RAD, "rad";
+            preshape_rad: 0.0..=Self::PRESHAPE_MAX_RAD, "rad";
+            speed_rad_s: 0.1..=3.5, "rad/s";
+            load_max: 1.0..=1000.0;
+            force: 0.01..=1.0;
+            lead_max_rad: 0.01..=1.0, "rad";
+            tolerance_rad: 0.01..=0.5, "rad";
         }
         Ok(())
     }

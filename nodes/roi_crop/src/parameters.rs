@@ -1,7 +1,7 @@
 //! What a user can set.
 
 use baxter::{Gap, Side};
-use parameter::{ParameterError, Tunable, in_range, tunables};
+use parameter::{ParameterError, Tunable, check_ranges, tunables};
 use serde::{Deserialize, Serialize};
 
 use crate::Axis;
@@ -89,12 +89,9 @@ impl Parameters {
         for tunable in Self::TUNABLES {
             tunable.check(self)?;
         }
-        in_range(
-            "grasp_depth_m",
-            self.grasp_depth_m,
-            0.0..=self.gripper_length_m,
-            "m (gripper_length_m)",
-        )?;
+        check_ranges! { self;
+            grasp_depth_m: 0.0..=self.gripper_length_m, "m (gripper_length_m)";
+        }
         self.gap.validate()
     }
 }

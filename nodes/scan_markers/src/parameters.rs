@@ -1,7 +1,7 @@
 //! Parameters of the markers.
 
 use baxter::Side;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 
 /// How a scan is drawn.
@@ -38,8 +38,11 @@ impl Parameters {
     /// # Errors
     /// Names the first parameter that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range("spread_m", self.spread_m, 0.0..=5.0, "m")?;
-        in_range("text_height_m", self.text_height_m, -2.0..=2.0, "m")?;
-        in_range("voxel_m", self.voxel_m, 0.001..=0.1, "m")
+        check_ranges! { self;
+            spread_m: 0.0..=5.0, "m";
+            text_height_m: -2.0..=2.0, "m";
+            voxel_m: 0.001..=0.1, "m";
+        }
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Parameters of the node.
 
 use baxter::Side;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 
 /// What `~` may hold.
@@ -42,14 +42,12 @@ impl Parameters {
     /// # Errors
     /// Names the first that is out of range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (name, value) in [
-            ("view_deadline_s", self.view_deadline_s),
-            ("answer_deadline_s", self.answer_deadline_s),
-        ] {
-            in_range(name, value, 0.01..=600.0, "s")?;
+        check_ranges! { self;
+            view_deadline_s: 0.01..=600.0, "s";
+            answer_deadline_s: 0.01..=600.0, "s";
+            stop_when_confident: 0.0..=1.0;
         }
-        let probability = self.stop_when_confident;
-        in_range("stop_when_confident", probability, 0.0..=1.0, "")
+        Ok(())
     }
 
     /// Whether a scan may end before all its views are taken.

@@ -6,7 +6,7 @@ use crate::pose_check::PoseRules;
 use crate::rests::RestRules;
 use crate::sweep::SweepRules;
 use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side};
-use parameter::{DEPTH_RANGE_M, ParameterError, Tunable, in_range, tunables};
+use parameter::{DEPTH_RANGE_M, ParameterError, Tunable, check_ranges, tunables};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -166,49 +166,32 @@ impl Parameters {
             tunable.check(self)?;
         }
         let (min, max) = (self.angle_min_rad, self.angle_max_rad);
-        in_range("angle_max_rad", max, min..=7.0, "rad")?;
         let (nearest_rad, farthest_rad) = match self.side {
             Side::Left => (min, max),
             Side::Right => (-max, -min),
         };
-        in_range(
-            "centre_angle_rad",
-            self.centre_angle_rad,
-            nearest_rad..=farthest_rad,
-            "rad",
-        )?;
-        in_range("exposure_s", self.exposure_s, 0.0..=1.0, "s")?;
-        in_range("blur_radius_m", self.blur_radius_m, 0.0..=1.0, "m")?;
-        in_range("blur_max_m", self.blur_max_m, 0.0..=1.0, "m")?;
-        in_range("time_offset_max_s", self.time_offset_max_s, 0.0..=1.0, "s")?;
-        in_range("tilt_max_rad", self.tilt_max_rad, 0.0..=3.2, "rad")?;
-        let (near_m, far_m) = (self.depth_min_m, self.depth_max_m);
-        in_range("depth_max_m", far_m, 0.0..=65.0, "m")?;
-        in_range("depth_min_m", near_m, 0.0..=far_m, "m (depth_max_m)")?;
-        let (low_m, high_m) = (self.object_z_min_m, self.object_z_max_m);
-        in_range("object_z_max_m", high_m, 0.0..=2.0, "m")?;
-        in_range("object_z_min_m", low_m, 0.0..=high_m, "m (object_z_max_m)")?;
-        for (name, value) in [
-            ("motion_deadline_s", self.motion_deadline_s),
-            ("frame_deadline_s", self.frame_deadline_s),
-            ("transform_deadline_s", self.transform_deadline_s),
-        ] {
-            in_range(name, value, 0.01..=600.0, "s")?;
+        check_ranges! { self;
+            angle_max_rad: min..=7.0, "rad";
+            centre_angle_rad: nearest_rad..=farthest_rad, "rad";
+            exposure_s: 0.0..=1.0, "s";
+            blur_radius_m: 0.0..=1.0, "m";
+            blur_max_m: 0.0..=1.0, "m";
+            time_offset_max_s: 0.0..=1.0, "s";
+            tilt_max_rad: 0.0..=3.2, "rad";
+            depth_max_m: 0.0..=65.0, "m";
+            depth_min_m: 0.0..=self.depth_max_m, "m (depth_max_m)";
+            object_z_max_m: 0.0..=2.0, "m";
+            object_z_min_m: 0.0..=self.object_z_max_m, "m (object_z_max_m)";
+            motion_deadline_s: 0.01..=600.0, "s";
+            frame_deadline_s: 0.01..=600.0, "s";
+            transform_deadline_s: 0.01..=600.0, "s";
+            clock_offset_warn_s: 1e-3..=10.0, "s";
+            clock_offset_max_s: 1e-3..=10.0, "s";
+            rest_velocity_rad_s: 1e-4..=1.0, "rad/s";
+            rest_dwell_s: 0.01..=10.0, "s";
+            separation_rad: 1e-3..=3.2, "rad";
         }
-        for (name, value) in [
-            ("clock_offset_warn_s", self.clock_offset_warn_s),
-            ("clock_offset_max_s", self.clock_offset_max_s),
-        ] {
-            in_range(name, value, 1e-3..=10.0, "s")?;
-        }
-        in_range(
-            "rest_velocity_rad_s",
-            self.rest_velocity_rad_s,
-            1e-4..=1.0,
-            "rad/s",
-        )?;
-        in_range("rest_dwell_s", self.rest_dwell_s, 0.01..=10.0, "s")?;
-        in_range("separation_rad", self.separation_rad, 1e-3..=3.2, "rad")
+        Ok(())
     }
 
     /// Angle of this side's wrist in the middle of the views, rad.

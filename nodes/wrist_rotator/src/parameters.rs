@@ -1,7 +1,7 @@
 //! Settings of the wrist rotator.
 
 use baxter::{REST_DWELL_S, REST_VELOCITY_RAD_S, Side, W2};
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::setpoints::RateLimits;
@@ -116,64 +116,26 @@ impl Parameters {
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let reachable_rad_s = self.speed_ratio * self.joint_velocity_max_rad_s;
-        let ranges = [
-            ("rate_hz", self.rate_hz, 10.0, 1000.0),
-            ("speed_ratio", self.speed_ratio, 0.01, 1.0),
-            (
-                "joint_velocity_max_rad_s",
-                self.joint_velocity_max_rad_s,
-                0.1,
-                10.0,
-            ),
-            (
-                "velocity_max_rad_s",
-                self.velocity_max_rad_s,
-                0.01,
-                reachable_rad_s,
-            ),
-            (
-                "acceleration_max_rad_s2",
-                self.acceleration_max_rad_s2,
-                0.01,
-                100.0,
-            ),
-            ("jerk_max_rad_s3", self.jerk_max_rad_s3, 0.1, 10_000.0),
-            (
-                "stop_acceleration_max_rad_s2",
-                self.stop_acceleration_max_rad_s2,
-                self.acceleration_max_rad_s2,
-                100.0,
-            ),
-            (
-                "stop_jerk_max_rad_s3",
-                self.stop_jerk_max_rad_s3,
-                self.jerk_max_rad_s3,
-                10_000.0,
-            ),
-            (
-                "surroundings_age_max_s",
-                self.surroundings_age_max_s,
-                0.02,
-                5.0,
-            ),
-            ("angle_min_rad", self.angle_min_rad, -3.2, 3.2),
-            ("angle_max_rad", self.angle_max_rad, self.angle_min_rad, 3.2),
-            ("tolerance_rad", self.tolerance_rad, 1e-4, 0.2),
-            ("rest_velocity_rad_s", self.rest_velocity_rad_s, 1e-3, 1.0),
-            ("dwell_s", self.dwell_s, 0.0, 5.0),
-            ("deadline_margin_s", self.deadline_margin_s, 0.1, 60.0),
-            (
-                "following_error_max_rad",
-                self.following_error_max_rad,
-                0.02,
-                1.0,
-            ),
-            ("following_patience_s", self.following_patience_s, 0.0, 10.0),
-            ("state_age_max_s", self.state_age_max_s, 0.02, 5.0),
-            ("joints_age_max_s", self.joints_age_max_s, 0.02, 5.0),
-        ];
-        for (name, value, lower, upper) in ranges {
-            in_range(name, value, lower..=upper, "")?;
+        check_ranges! { self;
+            rate_hz: 10.0..=1000.0;
+            speed_ratio: 0.01..=1.0;
+            joint_velocity_max_rad_s: 0.1..=10.0;
+            velocity_max_rad_s: 0.01..=reachable_rad_s;
+            acceleration_max_rad_s2: 0.01..=100.0;
+            jerk_max_rad_s3: 0.1..=10_000.0;
+            stop_acceleration_max_rad_s2: self.acceleration_max_rad_s2..=100.0;
+            stop_jerk_max_rad_s3: self.jerk_max_rad_s3..=10_000.0;
+            surroundings_age_max_s: 0.02..=5.0;
+            angle_min_rad: -3.2..=3.2;
+            angle_max_rad: self.angle_min_rad..=3.2;
+            tolerance_rad: 1e-4..=0.2;
+            rest_velocity_rad_s: 1e-3..=1.0;
+            dwell_s: 0.0..=5.0;
+            deadline_margin_s: 0.1..=60.0;
+            following_error_max_rad: 0.02..=1.0;
+            following_patience_s: 0.0..=10.0;
+            state_age_max_s: 0.02..=5.0;
+            joints_age_max_s: 0.02..=5.0;
         }
         let ramp_s = self.longest_ramp_s();
         if ramp_s > RAMP_MAX_S {

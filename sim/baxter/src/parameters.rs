@@ -1,7 +1,7 @@
 //! Settings of the simulated robot.
 
 use baxter::Side;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 
 use crate::hand::HandKind;
@@ -80,30 +80,17 @@ impl Parameters {
     /// # Errors
     /// The first parameter out of its range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let ranges = [
-            ("enabling_s", self.enabling_s, 0.0, 5.0),
-            ("speed_ratio", self.speed_ratio, 0.0, 1.0),
-            ("command_timeout_s", self.command_timeout_s, 0.0, 1.0),
-            ("command_delay_s", self.command_delay_s, 0.0, 0.1),
-            (
-                "acceleration_max_upper_arm_rad_s2",
-                self.acceleration_max_upper_arm_rad_s2,
-                0.1,
-                1000.0,
-            ),
-            (
-                "acceleration_max_wrist_rad_s2",
-                self.acceleration_max_wrist_rad_s2,
-                0.1,
-                1000.0,
-            ),
-            ("position_noise_rad", self.position_noise_rad, 0.0, 0.1),
-            ("velocity_noise_rad_s", self.velocity_noise_rad_s, 0.0, 1.0),
-            ("gripper_closed_gap_m", self.gripper_closed_gap_m, 0.0, 0.2),
-            ("rate_hz", self.rate_hz, 1.0, 1000.0),
-        ];
-        for (name, value, lower, upper) in ranges {
-            in_range(name, value, lower..=upper, "")?;
+        check_ranges! { self;
+            enabling_s: 0.0..=5.0;
+            speed_ratio: 0.0..=1.0;
+            command_timeout_s: 0.0..=1.0;
+            command_delay_s: 0.0..=0.1;
+            acceleration_max_upper_arm_rad_s2: 0.1..=1000.0;
+            acceleration_max_wrist_rad_s2: 0.1..=1000.0;
+            position_noise_rad: 0.0..=0.1;
+            velocity_noise_rad_s: 0.0..=1.0;
+            gripper_closed_gap_m: 0.0..=0.2;
+            rate_hz: 1.0..=1000.0;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 
 mod gaussian;
 
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
@@ -56,16 +56,14 @@ impl NoiseParameters {
     /// # Errors
     /// The first parameter that is out of range.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        in_range(
-            "disparity_sigma_px",
-            self.disparity_sigma_px,
-            0.0..=2.0,
-            "pixels",
-        )?;
-        in_range("correlated_share", self.correlated_share, 0.0..=1.0, "")?;
-        in_range("baseline_m", self.baseline_m, 0.005..=0.5, "m")?;
-        in_range("edge_dropout", self.edge_dropout, 0.0..=1.0, "")?;
-        in_range("edge_mixing", self.edge_mixing, 0.0..=1.0, "")
+        check_ranges! { self;
+            disparity_sigma_px: 0.0..=2.0, "pixels";
+            correlated_share: 0.0..=1.0;
+            baseline_m: 0.005..=0.5, "m";
+            edge_dropout: 0.0..=1.0;
+            edge_mixing: 0.0..=1.0;
+        }
+        Ok(())
     }
 }
 

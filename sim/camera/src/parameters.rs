@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use baxter::{Gap, Side};
 use gripper::HandKind;
-use parameter::{ParameterError, in_range};
+use parameter::{ParameterError, check_ranges};
 use serde::{Deserialize, Serialize};
 use sim_deform::SQUEEZE_MAX_M;
 use sim_objects::ObjectClass;
@@ -93,10 +93,12 @@ impl Parameters {
             return Err(ParameterError::new("object", &self.object, expected));
         }
         self.gap.validate()?;
-        in_range("squeeze_m", self.squeeze_m, 0.0..=SQUEEZE_MAX_M, "m")?;
-        in_range("rate_hz", self.rate_hz, 1.0..=90.0, "Hz")?;
-        in_range("exposure_s", self.exposure_s, 0.0..=0.2, "s")?;
-        in_range("stamp_offset_s", self.stamp_offset_s, -0.1..=0.1, "s")?;
+        check_ranges! { self;
+            squeeze_m: 0.0..=SQUEEZE_MAX_M, "m";
+            rate_hz: 1.0..=90.0, "Hz";
+            exposure_s: 0.0..=0.2, "s";
+            stamp_offset_s: -0.1..=0.1, "s";
+        }
         self.noise_model.validate()?;
         self.mount.validate()
     }
