@@ -39,6 +39,7 @@ mod listener;
 mod logging;
 mod master;
 mod memory;
+mod message_kind;
 mod names;
 mod node;
 mod parameters;

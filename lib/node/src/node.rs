@@ -6,8 +6,9 @@ use crate::graph::Graph;
 use crate::health::Health;
 use crate::inbox::Inbox;
 use crate::life::Life;
+use crate::message_kind::MessageKind;
 use crate::parameters::{self, ParameterError};
-use crate::publication::{MessageKind, Publication};
+use crate::publication::Publication;
 use crate::publisher::{Latch, Publisher};
 use crate::service::{CallError, Server};
 use crate::service_server::Handler;
@@ -155,10 +156,7 @@ impl Node {
     /// Publishes on `topic`, keeping `queue` messages for slow subscribers.
     ///
     /// # Errors
-    /// The name is invalid, or this node already publishes another type on the topic.
-    ///
-    /// # Errors
-    /// Where the name is none, or this node publishes the topic already.
+    /// The name is invalid, or this node publishes the topic already.
     pub fn publish<T: Message>(
         &self,
         topic: &str,

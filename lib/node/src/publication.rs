@@ -1,10 +1,10 @@
 //! A topic that this node publishes, as its subscribers see it.
 
 use crate::callers::Place;
+use crate::message_kind::MessageKind;
 use crate::names;
 use crate::publisher::Latch;
 use crate::tcpros::{header, is_unreachable, set_silence_max};
-use rosrust::Message;
 use std::collections::{HashMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -36,14 +36,6 @@ pub(crate) struct Publication {
     changes: watch::Sender<()>,
 }
 
-/// Type and checksum of a topic's messages, which both ends of a connection must agree on.
-pub(crate) struct MessageKind {
-    /// PACKAGE/NAME.
-    pub name: String,
-    pub md5: String,
-    pub definition: String,
-}
-
 #[derive(Default)]
 struct State {
     links: HashMap<u64, Arc<Link>>,
@@ -59,34 +51,6 @@ struct Link {
     subscriber: String,
     waiting: Mutex<VecDeque<Arc<[u8]>>>,
     news: Notify,
-}
-
-impl MessageKind {
-    pub fn of<T: Message>() -> Self {
-        Self {
-            name: T::msg_type(),
-            md5: T::md5sum(),
-            definition: T::msg_definition(),
-        }
-    }
-
-    /// Checks type and checksum in the other end's header.
-    ///
-    /// # Errors
-    /// Names the field that differs.
-    pub fn check(&self, fields: &HashMap<String, String>) -> Result<(), String> {
-        for (field, ours) in [("type", &self.name), ("md5sum", &self.md5)] {
-            match fields.get(field) {
-                Some(theirs) if theirs == ours || theirs == "*" => {}
-                Some(theirs) => {
-                    return Err(format!("{field} is {theirs} where {ours} is published"));
-                }
-                None if field == "type" => {}
-                None => return Err(format!("the header lacks its {field}")),
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Publication {

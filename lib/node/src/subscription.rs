@@ -3,8 +3,8 @@
 use crate::health::Report;
 use crate::inbox::Inbox;
 use crate::layout::MESSAGE_BYTES_MAX;
+use crate::message_kind::MessageKind;
 use crate::names;
-use crate::publication::MessageKind;
 use crate::subscriber::Expect;
 use crate::tcpros::{header, read_block, read_header, set_options};
 use crate::xmlrpc::{self, Value};

@@ -1,14 +1,14 @@
 //! A scan on disk.
 
-use crate::deformation::{DEVIATION, to_json};
+mod description;
+
+use crate::deformation::DEVIATION;
 use crate::page::page;
 use crate::recording::Recorded;
 use anyhow::{Context, Result, ensure};
-use msg::deformable_cobot::{Classification, Deformation, View, ViewRegistration};
-use msg::geometry_msgs::Transform;
+use description::{DescribedView, Description};
+use msg::deformable_cobot::{Classification, Deformation};
 use msg::sensor_msgs::PointCloud2;
-use serde::Serialize;
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,62 +16,6 @@ use std::path::{Path, PathBuf};
 pub struct Folder {
     target: PathBuf,
     unfinished: PathBuf,
-}
-
-/// scan.yaml.
-#[derive(Debug, Serialize)]
-struct Description<'a> {
-    scan_id: &'a str,
-    label: &'a str,
-    known: bool,
-    #[serde(skip_serializing_if = "str::is_empty")]
-    reason: &'a str,
-    known_score: f64,
-    known_threshold: f64,
-    probability: f64,
-    probabilities: BTreeMap<&'a str, f64>,
-    model_id: &'a str,
-    provider: &'a str,
-    /// Frame of registered.pcd and object.pcd.
-    frame: &'a str,
-    object_points: usize,
-    registered_points: usize,
-    /// As `scan --json` has it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    deformation: Option<serde_json::Value>,
-    views: Vec<DescribedView<'a>>,
-}
-
-#[derive(Debug, Serialize)]
-struct DescribedView<'a> {
-    file: String,
-    frame: &'a str,
-    stamp_s: f64,
-    wrist_angle_rad: f64,
-    points: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    hand_from_camera: Option<Pose>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    registered: Option<Registered<'a>>,
-}
-
-/// Where the view's points went.
-#[derive(Debug, Serialize)]
-struct Registered<'a> {
-    accepted: bool,
-    #[serde(skip_serializing_if = "str::is_empty")]
-    reason: &'a str,
-    fitness: f64,
-    rmse_m: f64,
-    /// Maps the view's points into registered.pcd.
-    transform: Pose,
-}
-
-#[derive(Debug, Serialize)]
-struct Pose {
-    translation_m: [f64; 3],
-    /// x, y, z, w
-    rotation: [f64; 4],
 }
 
 impl Folder {
@@ -142,35 +86,14 @@ impl Folder {
         for (index, view) in scan.views.iter().take(scan.registered.view_count as usize) {
             let file = format!("view_{}.pcd", index + 1);
             let points = write(&file, &view.cloud)?;
-            let registration = scan
-                .registered
-                .views
-                .iter()
-                .find(|entry| entry.index == *index);
-            views.push(describe(file, view, points, registration));
+            let mut registrations = scan.registered.views.iter();
+            let registration = registrations.find(|entry| entry.index == *index);
+            views.push(DescribedView::new(file, view, points, registration));
         }
-        let description = Description {
-            scan_id: &answer.scan_id,
-            label: &answer.label,
-            known: answer.known,
-            reason: &answer.reason,
-            known_score: answer.known_score,
-            known_threshold: answer.known_threshold,
-            probability: answer.probability,
-            probabilities: answer
-                .labels
-                .iter()
-                .map(String::as_str)
-                .zip(answer.probabilities.iter().copied())
-                .collect(),
-            model_id: &answer.model_id,
-            provider: &answer.provider,
-            frame: &scan.registered.header.frame_id,
-            object_points: self.write_object(scan, deformation)?,
-            registered_points: write("registered.pcd", &scan.registered.cloud)?,
-            deformation: deformation.map(to_json),
-            views,
-        };
+        let mut description = Description::of(scan, answer, deformation);
+        description.object_points = self.write_object(scan, deformation)?;
+        description.registered_points = write("registered.pcd", &scan.registered.cloud)?;
+        description.views = views;
         self.write("scan.yaml", &serde_yaml::to_string(&description)?)?;
         self.write("scan.html", &page(scan, answer, deformation)?)
     }
@@ -208,42 +131,12 @@ impl Drop for Folder {
     }
 }
 
-fn describe<'a>(
-    file: String,
-    view: &'a View,
-    points: usize,
-    registration: Option<&'a ViewRegistration>,
-) -> DescribedView<'a> {
-    DescribedView {
-        file,
-        frame: &view.header.frame_id,
-        stamp_s: view.header.stamp.seconds(),
-        wrist_angle_rad: view.wrist_angle,
-        points,
-        hand_from_camera: view.has_pose.then(|| pose(&view.hand_from_camera)),
-        registered: registration.map(|entry| Registered {
-            accepted: entry.accepted,
-            reason: &entry.reason,
-            fitness: entry.fitness,
-            rmse_m: entry.rmse,
-            transform: pose(&entry.transform),
-        }),
-    }
-}
-
-fn pose(transform: &Transform) -> Pose {
-    let (shift, turn) = (&transform.translation, &transform.rotation);
-    Pose {
-        translation_m: [shift.x, shift.y, shift.z],
-        rotation: [turn.x, turn.y, turn.z, turn.w],
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use msg::cloud::from_points;
+    use msg::deformable_cobot::View;
     use msg::std_msgs::Header;
     use nalgebra::Point3;
 
