@@ -3,7 +3,7 @@
 mod marker;
 mod scene;
 
-use msg::deformable_cobot::{Classification, RegisteredCloud, ScanObjectFeedback, View};
+use msg::deformable_cobot::{Classification, ScanObjectFeedback, View};
 use msg::visualization_msgs::MarkerArray;
 use node::{Expect, Latch, Node, Publisher, Subscriber};
 use scan_markers::Parameters;
@@ -23,34 +23,32 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         words: node.publish("scan_markers/words", 4, Latch::Yes)?,
     });
     let _links: [Subscriber; 4] = [
-        node.subscribe("progress", Expect::STATE, {
-            let renderer = Arc::clone(&renderer);
-            move |report: ScanObjectFeedback| {
-                renderer.change(|scene| {
-                    scene.on_progress(&report);
-                    Ok(())
-                });
-            }
-        })?,
-        node.subscribe("views", Expect::EVENTS, {
-            let renderer = Arc::clone(&renderer);
-            move |view: View| renderer.change(|scene| scene.on_view(&view))
-        })?,
-        node.subscribe("registered", Expect::EVENTS, {
-            let renderer = Arc::clone(&renderer);
-            move |registered: RegisteredCloud| {
-                renderer.change(|scene| scene.on_registered(registered))
-            }
-        })?,
-        node.subscribe("classification", Expect::EVENTS, {
-            let renderer = Arc::clone(&renderer);
-            move |answer: Classification| {
-                renderer.change(|scene| {
-                    scene.on_answer(&answer);
-                    Ok(())
-                });
-            }
-        })?,
+        node.subscribe(
+            "progress",
+            Expect::STATE,
+            renderer.on(|scene, report: ScanObjectFeedback| {
+                scene.on_progress(&report);
+                Ok(())
+            }),
+        )?,
+        node.subscribe(
+            "views",
+            Expect::EVENTS,
+            renderer.on(|scene, view: View| scene.on_view(&view)),
+        )?,
+        node.subscribe(
+            "registered",
+            Expect::EVENTS,
+            renderer.on(Scene::on_registered),
+        )?,
+        node.subscribe(
+            "classification",
+            Expect::EVENTS,
+            renderer.on(|scene, answer: Classification| {
+                scene.on_answer(&answer);
+                Ok(())
+            }),
+        )?,
     ];
     node.until_shutdown().await;
     Ok(())
@@ -64,6 +62,15 @@ struct Renderer {
 }
 
 impl Renderer {
+    /// Draws what a message changes.
+    fn on<T, F>(self: &Arc<Self>, draw: F) -> impl Fn(T) + use<T, F>
+    where
+        F: Fn(&mut Scene, T) -> anyhow::Result<()>,
+    {
+        let renderer = Arc::clone(self);
+        move |message| renderer.change(|scene| draw(scene, message))
+    }
+
     fn change(&self, draw: impl FnOnce(&mut Scene) -> anyhow::Result<()>) {
         let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = draw(&mut scene) {

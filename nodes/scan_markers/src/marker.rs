@@ -1,7 +1,8 @@
 //! Markers for RViz (visualization_msgs).
 
-use msg::geometry_msgs::{Point, Pose, Quaternion};
+use msg::geometry_msgs::{Pose, Quaternion};
 use msg::std_msgs::ColorRGBA;
+use msg::transform::from_point;
 use msg::visualization_msgs::{Marker, MarkerArray};
 use nalgebra::Point3;
 use scan_markers::Words;
@@ -83,14 +84,14 @@ pub fn points(
 ) -> Marker {
     let mut marker = blank(name, id, frame, Marker::POINTS, colour);
     (marker.scale.x, marker.scale.y) = (size_m, size_m);
-    marker.points = cloud.iter().map(to_message).collect();
+    marker.points = cloud.iter().map(from_point).collect();
     marker
 }
 
 /// A line of text that always faces the viewer.
 pub fn text((name, id): (&str, u32), frame: &str, place: &Point3<f64>, words: &Words) -> Marker {
     let mut marker = blank(name, id, frame, Marker::TEXT_VIEW_FACING, words.colour);
-    marker.pose.position = to_message(place);
+    marker.pose.position = from_point(place);
     marker.scale.z = LETTER_M;
     marker.text.clone_from(&words.text);
     marker
@@ -105,7 +106,7 @@ pub fn line(
 ) -> Marker {
     let mut marker = blank(name, id, frame, Marker::LINE_STRIP, colour);
     marker.scale.x = 0.008;
-    marker.points = path.iter().map(to_message).collect();
+    marker.points = path.iter().map(from_point).collect();
     marker
 }
 
@@ -130,14 +131,6 @@ fn blank(name: &str, id: u32, frame: &str, kind: u8, [r, g, b]: [f32; 3]) -> Mar
     };
     marker.header.frame_id = frame.into();
     marker
-}
-
-fn to_message(point: &Point3<f64>) -> Point {
-    Point {
-        x: point.x,
-        y: point.y,
-        z: point.z,
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use baxter::{Side, W2};
 use msg::baxter_core_msgs::{EndEffectorCommand, HeadPanCommand, JointCommand};
 use msg::reflex_msgs::PoseCommand;
-use msg::std_msgs;
+use msg::std_msgs::{self, Bool, Empty, Float64};
 use node::{Expect, Node, Subscriber};
 use sim_baxter::{GripperCommand, Hand, Robot};
 
@@ -18,103 +18,141 @@ const COMPLAINT_PERIOD: Duration = Duration::from_secs(5);
 
 /// Subscribes to everything; the robot hears nothing once the result is dropped.
 pub fn listen(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
-    let mut subscribers = listen_to_buttons(node, simulation)?;
-    for side in Side::BOTH {
-        subscribers.extend(listen_to_arm(node, simulation, side)?);
-        subscribers.extend(listen_to_hand(node, simulation, side)?);
-    }
-    subscribers.push(listen_to_head(node, simulation)?);
-    subscribers.extend(listen_to_mishaps(node, simulation)?);
-    Ok(subscribers)
-}
-
-fn listen_to_buttons(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
-    Ok(vec![
-        on(
-            node,
-            simulation,
-            "/robot/set_super_enable",
-            |robot, enable: std_msgs::Bool| {
-                robot.assembly.enable(enable.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "/robot/set_super_reset",
-            |robot, _: std_msgs::Empty| {
-                robot.assembly.reset();
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "/robot/set_super_stop",
-            |robot, _: std_msgs::Empty| {
-                robot.assembly.stop();
-            },
-        )?,
-    ])
-}
-
-fn listen_to_arm(
-    node: &Node,
-    simulation: &Simulation,
-    side: Side,
-) -> anyhow::Result<Vec<Subscriber>> {
-    let topic = |name: &str| format!("{}/{name}", side.limb_topics());
-    let complaints = Complaints::default();
-    let command = move |robot: &mut Robot, command: JointCommand| {
-        let result = robot.command_arm(side, command.mode, &command.names, &command.command);
-        complaints.take(result);
+    let mut topics = Topics {
+        node,
+        simulation,
+        subscribers: Vec::new(),
     };
-    Ok(vec![
-        on(node, simulation, &topic("joint_command"), command)?,
-        on(
-            node,
-            simulation,
-            &topic("set_speed_ratio"),
-            move |robot, ratio: std_msgs::Float64| {
-                robot.arm_mut(side).set_speed_ratio(ratio.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            &topic("joint_command_timeout"),
-            move |robot, timeout: std_msgs::Float64| {
-                robot.arm_mut(side).set_command_timeout(timeout.data);
-            },
-        )?,
-    ])
+    topics.buttons()?;
+    for side in Side::BOTH {
+        topics.arm(side)?;
+        topics.hand(side)?;
+    }
+    topics.head()?;
+    topics.mishaps()?;
+    Ok(topics.subscribers)
 }
 
-/// The hand's driver, of whichever kind it is.
-fn listen_to_hand(
-    node: &Node,
-    simulation: &Simulation,
-    side: Side,
-) -> anyhow::Result<Option<Subscriber>> {
-    let hand = simulation.now().hand(side).clone();
-    Ok(match hand {
-        Hand::None => None,
-        Hand::Electric(_) => Some(on(
-            node,
-            simulation,
-            &format!("{}/command", side.gripper_topics()),
-            grip(side),
-        )?),
-        Hand::Reflex(_) => Some(on(
-            node,
-            simulation,
-            &format!("{}/command_position", side.reflex_topics()),
-            move |robot, pose: PoseCommand| {
-                if let Some(hand) = robot.hand_mut(side).reflex_mut() {
-                    hand.command([pose.f1, pose.f2, pose.f3, pose.preshape]);
-                }
+struct Topics<'a> {
+    node: &'a Node,
+    simulation: &'a Simulation,
+    subscribers: Vec<Subscriber>,
+}
+
+impl Topics<'_> {
+    /// Subscribes to `topic` with what the robot does about a message.
+    fn on<T: msg::Message>(
+        &mut self,
+        topic: &str,
+        act: impl Fn(&mut Robot, T) + Send + Sync + 'static,
+    ) -> anyhow::Result<()> {
+        let simulation = self.simulation.clone();
+        let act = move |message: T| act(&mut simulation.now(), message);
+        let subscriber = self.node.subscribe(topic, Expect::COMMANDS, act)?;
+        self.subscribers.push(subscriber);
+        Ok(())
+    }
+
+    fn buttons(&mut self) -> anyhow::Result<()> {
+        self.on("/robot/set_super_enable", |robot, Bool { data }| {
+            robot.assembly.enable(data);
+        })?;
+        self.on("/robot/set_super_reset", |robot, _: Empty| {
+            robot.assembly.reset();
+        })?;
+        self.on("/robot/set_super_stop", |robot, _: Empty| {
+            robot.assembly.stop();
+        })
+    }
+
+    fn arm(&mut self, side: Side) -> anyhow::Result<()> {
+        let topic = |name: &str| format!("{}/{name}", side.limb_topics());
+        let complaints = Complaints::default();
+        let command = move |robot: &mut Robot, command: JointCommand| {
+            let result = robot.command_arm(side, command.mode, &command.names, &command.command);
+            complaints.take(result);
+        };
+        self.on(&topic("joint_command"), command)?;
+        let set_ratio = move |robot: &mut Robot, Float64 { data }| {
+            robot.arm_mut(side).set_speed_ratio(data);
+        };
+        self.on(&topic("set_speed_ratio"), set_ratio)?;
+        let set_timeout = move |robot: &mut Robot, Float64 { data }| {
+            robot.arm_mut(side).set_command_timeout(data);
+        };
+        self.on(&topic("joint_command_timeout"), set_timeout)
+    }
+
+    /// The hand's driver, of whichever kind it is.
+    fn hand(&mut self, side: Side) -> anyhow::Result<()> {
+        let hand = self.simulation.now().hand(side).clone();
+        match hand {
+            Hand::None => Ok(()),
+            Hand::Electric(_) => {
+                let topic = format!("{}/command", side.gripper_topics());
+                self.on(&topic, grip(side))
+            }
+            Hand::Reflex(_) => {
+                let topic = format!("{}/command_position", side.reflex_topics());
+                self.on(&topic, move |robot, pose: PoseCommand| {
+                    if let Some(hand) = robot.hand_mut(side).reflex_mut() {
+                        hand.command([pose.f1, pose.f2, pose.f3, pose.preshape]);
+                    }
+                })
+            }
+        }
+    }
+
+    fn head(&mut self) -> anyhow::Result<()> {
+        let turn = |robot: &mut Robot, command: HeadPanCommand| {
+            if command.enable_pan_request != HeadPanCommand::REQUEST_PAN_DISABLE {
+                robot.command_head(f64::from(command.target), f64::from(command.speed_ratio));
+            }
+        };
+        self.on("/robot/head/command_head_pan", turn)
+    }
+
+    /// Private topics that a real robot has no counterpart for: what people and things do to it.
+    fn mishaps(&mut self) -> anyhow::Result<()> {
+        let (clock, publishing) = (self.simulation.clone(), self.simulation.clone());
+        let silence = move |what: std_msgs::String| publishing.silence(what.data);
+        let step_clock = move |offset_s: Float64| clock.step_clock(offset_s.data);
+        let (node, commands) = (self.node, Expect::COMMANDS);
+        self.subscribers.extend([
+            node.subscribe("~step_clock", commands, step_clock)?,
+            node.subscribe("~silence", commands, silence)?,
+        ]);
+        self.on("~jam_left_wrist", |robot, Bool { data }| {
+            robot.arm_mut(Side::Left).jam(W2, data);
+        })?;
+        self.on("~left_impact", |robot, Bool { data }| {
+            robot.set_impact(Side::Left, data);
+        })?;
+        self.on("~press_estop", |robot, Bool { data }| {
+            if data {
+                robot.assembly.press_estop()
+            } else {
+                robot.assembly.release_estop()
+            }
+        })?;
+        self.on("~report_error", |robot, Bool { data }| {
+            robot.assembly.set_error(data);
+        })?;
+        self.on(
+            "~left_collision_object",
+            |robot, object: std_msgs::String| {
+                let objects = Some(object.data).filter(|name| !name.is_empty());
+                robot.set_collision_objects(Side::Left, objects.into_iter().collect());
             },
-        )?),
-    })
+        )?;
+        for side in Side::BOTH {
+            let name = side.name();
+            let hold_cuff = move |robot: &mut Robot, Bool { data }| robot.hold_cuff(side, data);
+            self.on(&format!("~hold_{name}_cuff"), hold_cuff)?;
+            self.on(&format!("~{name}_object_width_m"), hold(side))?;
+        }
+        Ok(())
+    }
 }
 
 fn grip(side: Side) -> impl Fn(&mut Robot, EndEffectorCommand) {
@@ -140,108 +178,11 @@ fn grip(side: Side) -> impl Fn(&mut Robot, EndEffectorCommand) {
     }
 }
 
-fn listen_to_head(node: &Node, simulation: &Simulation) -> anyhow::Result<Subscriber> {
-    let turn = |robot: &mut Robot, command: HeadPanCommand| {
-        if command.enable_pan_request != HeadPanCommand::REQUEST_PAN_DISABLE {
-            robot.command_head(f64::from(command.target), f64::from(command.speed_ratio));
-        }
-    };
-    on(node, simulation, "/robot/head/command_head_pan", turn)
-}
-
-/// Private topics that a real robot has no counterpart for: what people and things do to it.
-fn listen_to_mishaps(node: &Node, simulation: &Simulation) -> anyhow::Result<Vec<Subscriber>> {
-    let clock = simulation.clone();
-    let publishing = simulation.clone();
-    let silence = move |what: std_msgs::String| publishing.silence(what.data);
-    let step_clock = move |offset_s: std_msgs::Float64| clock.step_clock(offset_s.data);
-    Ok(vec![
-        node.subscribe("~step_clock", Expect::COMMANDS, step_clock)?,
-        node.subscribe("~silence", Expect::COMMANDS, silence)?,
-        on(
-            node,
-            simulation,
-            "~jam_left_wrist",
-            |robot, jammed: std_msgs::Bool| {
-                robot.arm_mut(Side::Left).jam(W2, jammed.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~left_impact",
-            |robot, impact: std_msgs::Bool| {
-                robot.set_impact(Side::Left, impact.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~press_estop",
-            |robot, press: std_msgs::Bool| {
-                if press.data {
-                    robot.assembly.press_estop()
-                } else {
-                    robot.assembly.release_estop()
-                }
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~report_error",
-            |robot, error: std_msgs::Bool| {
-                robot.assembly.set_error(error.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~hold_left_cuff",
-            |robot, held: std_msgs::Bool| {
-                robot.hold_cuff(Side::Left, held.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~hold_right_cuff",
-            |robot, held: std_msgs::Bool| {
-                robot.hold_cuff(Side::Right, held.data);
-            },
-        )?,
-        on(
-            node,
-            simulation,
-            "~left_collision_object",
-            |robot, object: std_msgs::String| {
-                let objects = Some(object.data).filter(|name| !name.is_empty());
-                robot.set_collision_objects(Side::Left, objects.into_iter().collect());
-            },
-        )?,
-        on(node, simulation, "~left_object_width_m", hold(Side::Left))?,
-        on(node, simulation, "~right_object_width_m", hold(Side::Right))?,
-    ])
-}
-
-fn hold(side: Side) -> impl Fn(&mut Robot, std_msgs::Float64) {
+fn hold(side: Side) -> impl Fn(&mut Robot, Float64) {
     move |robot, width| {
         let width_m = Some(width.data).filter(|width_m| *width_m > 0.0);
         robot.hand_mut(side).hold(width_m);
     }
-}
-
-/// Subscribes to `topic` with what the robot does about it.
-fn on<T: msg::Message>(
-    node: &Node,
-    simulation: &Simulation,
-    topic: &str,
-    act: impl Fn(&mut Robot, T) + Send + Sync + 'static,
-) -> anyhow::Result<Subscriber> {
-    let simulation = simulation.clone();
-    node.subscribe(topic, Expect::COMMANDS, move |message: T| {
-        act(&mut simulation.now(), message)
-    })
 }
 
 /// Logs why commands are not obeyed: each new reason, and the same one again now and then.

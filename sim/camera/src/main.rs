@@ -108,30 +108,33 @@ fn follow_electric(
     gap: Gap,
 ) -> anyhow::Result<Subscriber> {
     let topic = format!("{}/state", side.gripper_topics());
-    let world = Arc::clone(world);
-    let draw = move |state: EndEffectorState| {
-        let width_m = gap.width_m(f64::from(state.position) / 100.0);
-        set_width(&world, width_m);
-    };
-    node.subscribe(&topic, Expect::OPTIONAL_STATE, draw)
+    follow_fingers(node, world, &topic, move |state: EndEffectorState| {
+        gap.width_m(f64::from(state.position) / 100.0)
+    })
 }
 
 /// Draws the fingers of a ReFlex hand as far apart as its motors say.
 fn follow_reflex(node: &Node, world: &Arc<Mutex<World>>, side: Side) -> anyhow::Result<Subscriber> {
     let reflex = ReflexParameters::default();
     let topic = format!("{}/hand_state", reflex.topics_on(side));
-    let world = Arc::clone(world);
-    let draw = move |hand: reflex_msgs::Hand| {
+    follow_fingers(node, world, &topic, move |hand: reflex_msgs::Hand| {
         let fingers = &hand.motor[..FINGERS];
         let sum_rad: f64 = fingers.iter().map(|motor| motor.joint_angle).sum();
-        set_width(&world, reflex.width_m(sum_rad / FINGERS as f64));
-    };
-    node.subscribe(&topic, Expect::OPTIONAL_STATE, draw)
+        reflex.width_m(sum_rad / FINGERS as f64)
+    })
 }
 
-fn set_width(world: &Mutex<World>, width_m: f64) {
-    let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
-    world.set_width(width_m);
+fn follow_fingers<T: msg::Message>(
+    node: &Node,
+    world: &Arc<Mutex<World>>,
+    topic: &str,
+    width_m: impl Fn(T) -> f64 + Send + Sync + 'static,
+) -> anyhow::Result<Subscriber> {
+    let world = Arc::clone(world);
+    node.subscribe(topic, Expect::OPTIONAL_STATE, move |state| {
+        let mut world = world.lock().unwrap_or_else(PoisonError::into_inner);
+        world.set_width(width_m(state));
+    })
 }
 
 fn offer_hold_object(

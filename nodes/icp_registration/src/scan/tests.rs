@@ -210,13 +210,8 @@ fn a_bad_view_ends_the_scan_under_its_id() {
 
     let mut progress = progress();
     progress.on_view(posed("a", 0)).unwrap();
-    assert!(
-        progress
-            .on_view(view("a", 1))
-            .unwrap()
-            .error
-            .contains("no kinematic pose")
-    );
+    let error = progress.on_view(view("a", 1)).unwrap().error;
+    assert!(error.contains("no kinematic pose"), "{error}");
     assert!(progress.on_view(view("a", 2)).is_none());
 }
 
@@ -224,13 +219,8 @@ fn a_bad_view_ends_the_scan_under_its_id() {
 fn a_view_that_never_came_is_missed() {
     let mut progress = progress();
     progress.on_view(view("a", 0)).unwrap();
-    assert!(
-        progress
-            .on_view(view("a", 2))
-            .unwrap()
-            .error
-            .contains("view 2 of 3 never came")
-    );
+    let error = progress.on_view(view("a", 2)).unwrap().error;
+    assert!(error.contains("view 2 of 3 never came"), "{error}");
 }
 
 #[test]
@@ -238,13 +228,8 @@ fn a_node_started_late_keeps_still_until_it_knows_that_the_scan_goes_on() {
     let mut progress = progress();
     assert!(progress.on_view(view("a", 1)).is_none());
     assert!(progress.on_view(view("a", 1)).is_none());
-    assert!(
-        progress
-            .on_view(view("a", 2))
-            .unwrap()
-            .error
-            .contains("view 1 of 3 never came")
-    );
+    let error = progress.on_view(view("a", 2)).unwrap().error;
+    assert!(error.contains("view 1 of 3 never came"), "{error}");
     assert!(progress.on_view(view("a", 2)).is_none());
     assert!(progress.on_view(view("b", 0)).is_some());
 }

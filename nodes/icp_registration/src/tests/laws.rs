@@ -2,20 +2,30 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
 
 use super::scene::{self, about_object, distance_m, hand_from_camera};
 use crate::{Metric, Parameters, Registrar};
 
 const NOISE_M: f64 = 0.0006;
 
+/// Views of a block at wrist angles of 0 and 0.6 rad, in the camera's frame, m.
+fn two_views(seed: u64) -> (Pcg64Mcg, Vec<Point3<f32>>, Vec<Point3<f32>>) {
+    let mut random = scene::random(seed);
+    let block = scene::block(&mut random, 15_000);
+    let mut view = |angle_rad| {
+        let pose = hand_from_camera(angle_rad);
+        scene::view(&mut random, &block, &pose, NOISE_M)
+    };
+    let (first, second) = (view(0.0), view(0.6));
+    (random, first, second)
+}
+
 /// From wherever a start within the bounds is off, the view comes to lie where it belongs.
 #[test]
 fn perturbed_starts_end_in_one_place() {
-    let mut random = scene::random(51);
-    let block = scene::block(&mut random, 15_000);
+    let (mut random, first, view) = two_views(51);
     let truth = hand_from_camera(0.6);
-    let first = scene::view(&mut random, &block, &hand_from_camera(0.0), NOISE_M);
-    let view = scene::view(&mut random, &block, &truth, NOISE_M);
     for metric in [Metric::Plane, Metric::Point] {
         for _ in 0..12 {
             let mut within =
@@ -42,11 +52,8 @@ fn perturbed_starts_end_in_one_place() {
 /// What one motion does to the view, its inverse undoes.
 #[test]
 fn inverse_errors_are_corrected_by_inverse_motions() {
-    let mut random = scene::random(52);
-    let block = scene::block(&mut random, 15_000);
+    let (_, first, view) = two_views(52);
     let truth = hand_from_camera(0.6);
-    let first = scene::view(&mut random, &block, &hand_from_camera(0.0), NOISE_M);
-    let view = scene::view(&mut random, &block, &truth, NOISE_M);
     let error = about_object(
         Vector3::new(0.003, -0.002, 0.002),
         Vector3::new(0.02, 0.01, -0.03),

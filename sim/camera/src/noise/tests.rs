@@ -34,6 +34,14 @@ fn step(left_m: f32, right_m: f32) -> InverseDepth {
     image
 }
 
+/// How much farther than it is each pixel with a depth was measured, mm.
+fn errors_mm(clean: &InverseDepth, measured: &DepthImage) -> impl Iterator<Item = f64> {
+    let pixels = clean.per_m.iter().zip(&measured.depth_mm);
+    pixels
+        .filter(|(_, depth_mm)| **depth_mm > 0)
+        .map(|(&per_m, &depth_mm)| f64::from(depth_mm) - 1000.0 / f64::from(per_m))
+}
+
 #[test]
 fn the_errors_deviation_grows_with_the_square_of_depth() {
     let seed = 9;
@@ -48,13 +56,7 @@ fn the_errors_deviation_grows_with_the_square_of_depth() {
             let clean = slope(depth_m);
             let measured = noise.apply(&clean, &CAMERA);
             let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
-            for (&per_m, &depth_mm) in clean
-                .per_m
-                .iter()
-                .zip(&measured.depth_mm)
-                .filter(|(_, mm)| **mm > 0)
-            {
-                let error_mm = f64::from(depth_mm) - 1000.0 / f64::from(per_m);
+            for error_mm in errors_mm(&clean, &measured) {
                 (count, sum, squares) =
                     (count + 1.0, sum + error_mm, squares + error_mm * error_mm);
             }
@@ -165,13 +167,7 @@ fn without_error_only_the_steps_remain() {
     let clean = slope(0.45);
     let measured = Noise::new(QUIET, 0).unwrap().apply(&clean, &CAMERA);
     let half_step_mm = 0.5 * 1000.0 * 0.46 * 0.46 / (CAMERA.fx * 0.04986) / 32.0 + 0.5;
-    for (&per_m, &depth_mm) in clean
-        .per_m
-        .iter()
-        .zip(&measured.depth_mm)
-        .filter(|(_, mm)| **mm > 0)
-    {
-        let error_mm = f64::from(depth_mm) - 1000.0 / f64::from(per_m);
+    for error_mm in errors_mm(&clean, &measured) {
         assert!(error_mm.abs() <= half_step_mm + 0.01, "{error_mm} mm");
     }
 }

@@ -60,58 +60,49 @@ fn solved(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> bool {
     crosses(first, second) || crosses(second, first)
 }
 
-#[test]
-fn random_triangles_agree_with_solving_for_the_point() {
-    let seed = 5;
+/// Checks pairs of triangles of random points against whether they intersect; both cases come often.
+fn compare(
+    seed: u64,
+    point_count: usize,
+    pairs: &[[[u32; 3]; 2]],
+    expected: impl Fn(&[Point3<f64>]) -> bool,
+) {
     println!("seed {seed}");
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut hits = 0;
     for _ in 0..20_000 {
-        let points: Vec<Point3<f64>> = (0..6)
+        let points: Vec<Point3<f64>> = (0..point_count)
             .map(|_| Point3::from([0; 3].map(|_| random.random())))
             .collect();
-        let expected = solved(&[0, 1, 2].map(|k| points[k]), &[3, 4, 5].map(|k| points[k]));
-        assert_eq!(
-            intersect(&points, &[0, 1, 2], &[3, 4, 5]),
-            expected,
-            "{points:?}"
-        );
-        assert_eq!(
-            intersect(&points, &[4, 3, 5], &[2, 1, 0]),
-            expected,
-            "{points:?}"
-        );
+        let expected = expected(&points);
+        for [first, second] in pairs {
+            assert_eq!(intersect(&points, first, second), expected, "{points:?}");
+        }
         hits += usize::from(expected);
     }
     assert!((1000..19_000).contains(&hits), "{hits} of 20,000");
 }
 
 #[test]
+fn random_triangles_agree_with_solving_for_the_point() {
+    let pairs = [[[0, 1, 2], [3, 4, 5]], [[4, 3, 5], [2, 1, 0]]];
+    compare(5, 6, &pairs, |points| {
+        solved(&[0, 1, 2].map(|k| points[k]), &[3, 4, 5].map(|k| points[k]))
+    });
+}
+
+#[test]
 fn triangles_that_share_a_vertex_meet_only_where_one_pierces_the_other() {
-    let seed = 6;
-    println!("seed {seed}");
-    let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let mut hits = 0;
-    for _ in 0..20_000 {
-        let points: Vec<Point3<f64>> = (0..5)
-            .map(|_| Point3::from([0; 3].map(|_| random.random())))
-            .collect();
+    compare(6, 5, &[[[1, 0, 2], [4, 3, 0]]], |points| {
         // Drawn back from the shared vertex, the pair has no vertex in common and stays as it was elsewhere.
         let apart = |k: usize| {
             points[0] + 1e-9 * (nalgebra::center(&points[k], &points[k + 1]) - points[0])
         };
-        let expected = solved(
+        solved(
             &[apart(1), points[1], points[2]],
             &[apart(3), points[3], points[4]],
-        );
-        assert_eq!(
-            intersect(&points, &[1, 0, 2], &[4, 3, 0]),
-            expected,
-            "{points:?}"
-        );
-        hits += usize::from(expected);
-    }
-    assert!((1000..19_000).contains(&hits), "{hits} of 20,000");
+        )
+    });
 }
 
 #[test]
