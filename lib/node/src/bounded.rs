@@ -1,84 +1,34 @@
-//! Messages and services whose bytes are checked against their [`Layout`] before rosrust decodes them.
+//! Decoding of messages and services. Their bytes are checked against their [`Layout`] before rosrust decodes them.
 
 use crate::layout::Layout;
 use msg::service::Service;
-use rosrust::{Clock, Message, RosMsg};
+use rosrust::{Message, RosMsg};
 use std::any::TypeId;
 use std::collections::HashMap;
 use std::io;
-use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-/// A message of type `T` that came from outside, and the number in its header, if it has one.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bounded<T>(pub T, pub Option<u32>);
-
-impl<T: Message> RosMsg for Bounded<T> {
-    fn encode<W: io::Write>(&self, writer: W) -> io::Result<()> {
-        self.0.encode(writer)
-    }
-
-    fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        let (message, bytes) = decode_checked(reader, T::msg_definition)?;
-        let number = starts_with_header::<T>().then(|| {
-            bytes
-                .first_chunk()
-                .map(|number| u32::from_le_bytes(*number))
-        });
-        Ok(Self(message, number.flatten()))
-    }
+/// Decodes a message that came from outside; also returns the number in its header, if it has one.
+pub(crate) fn message<T: Message>(bytes: &mut [u8]) -> io::Result<(T, Option<u32>)> {
+    let message = decode(bytes, T::msg_definition)?;
+    let number = bytes.first_chunk().filter(|_| starts_with_header::<T>());
+    Ok((message, number.map(|number| u32::from_le_bytes(*number))))
 }
 
-impl<T: Message> Message for Bounded<T> {
-    fn msg_definition() -> String {
-        T::msg_definition()
-    }
-    fn md5sum() -> String {
-        T::md5sum()
-    }
-    fn msg_type() -> String {
-        T::msg_type()
-    }
-    fn set_header(&mut self, clock: &Arc<dyn Clock>, seq: &Arc<AtomicUsize>) {
-        self.0.set_header(clock, seq);
-    }
+/// Decodes a request of `S`.
+pub(crate) fn request<S: Service>(bytes: &mut [u8]) -> io::Result<S::Request> {
+    decode(bytes, S::request_definition)
 }
 
-/// A request of `S`.
-pub struct Request<S: Service>(pub S::Request);
-
-/// A response of `S`.
-pub struct Response<S: Service>(pub S::Response);
-
-impl<S: Service> RosMsg for Request<S> {
-    fn encode<W: io::Write>(&self, writer: W) -> io::Result<()> {
-        self.0.encode(writer)
-    }
-    fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        decode_checked(reader, S::request_definition).map(|(request, _)| Request(request))
-    }
+/// Decodes a response of `S`.
+pub(crate) fn response<S: Service>(bytes: &mut [u8]) -> io::Result<S::Response> {
+    decode(bytes, S::response_definition)
 }
 
-impl<S: Service> RosMsg for Response<S> {
-    fn encode<W: io::Write>(&self, writer: W) -> io::Result<()> {
-        self.0.encode(writer)
-    }
-    fn decode<R: io::Read>(reader: R) -> io::Result<Self> {
-        decode_checked(reader, S::response_definition).map(|(response, _)| Response(response))
-    }
-}
-
-/// Decodes a `T` whose definition is `definition`, after its lengths were found to fit what arrived; also returns its
-/// bytes.
-fn decode_checked<T: RosMsg + 'static, R: io::Read>(
-    mut reader: R,
-    definition: fn() -> String,
-) -> io::Result<(T, Vec<u8>)> {
-    let layout = cached_layout::<T>(definition)?;
-    let mut bytes = Vec::new();
-    layout.read(&mut reader, &mut bytes)?;
-    let decoded = T::decode(&bytes[..])?;
-    Ok((decoded, bytes))
+/// Decodes a `T` whose definition is `definition`, after its lengths were found to fit what arrived.
+fn decode<T: RosMsg + 'static>(bytes: &mut [u8], definition: fn() -> String) -> io::Result<T> {
+    cached_layout::<T>(definition)?.check(bytes)?;
+    T::decode(&bytes[..])
 }
 
 /// Whether messages of this type begin with a header, whose number is its first field.
@@ -112,6 +62,11 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use msg::sensor_msgs::JointState;
+    use msg::std_msgs::Float64;
+
+    fn encoded<T: Message>(message: &T) -> Vec<u8> {
+        message.encode_vec().unwrap()[4..].to_vec()
+    }
 
     #[test]
     fn good_messages_pass_and_forged_ones_do_not() {
@@ -120,25 +75,21 @@ mod tests {
             position: vec![0.5],
             ..Default::default()
         };
-        let bytes = message.encode_vec().unwrap();
-        assert_eq!(
-            Bounded::<JointState>::decode_slice(&bytes).unwrap().0,
-            message
-        );
+        let mut bytes = encoded(&message);
+        let decoded = super::message::<JointState>(&mut bytes).unwrap();
+        assert_eq!(decoded, (message.clone(), Some(0)));
 
-        let mut numbered = message.clone();
+        let mut numbered = message;
         numbered.header.seq = 7;
-        let bytes = numbered.encode_vec().unwrap();
-        let decoded = Bounded::<JointState>::decode_slice(&bytes).unwrap();
-        assert_eq!(decoded, Bounded(numbered, Some(7)));
-        let bytes = msg::std_msgs::Float64 { data: 1.0 }.encode_vec().unwrap();
-        let decoded = Bounded::<msg::std_msgs::Float64>::decode_slice(&bytes).unwrap();
+        let decoded = super::message::<JointState>(&mut encoded(&numbered)).unwrap();
+        assert_eq!(decoded, (numbered, Some(7)));
+        let number = Float64 { data: 1.0 };
+        let decoded = super::message::<Float64>(&mut encoded(&number)).unwrap();
         assert_eq!(decoded.1, None);
 
-        let mut forged = vec![28, 0, 0, 0];
-        forged.extend_from_slice(&[0; 16]);
+        let mut forged = vec![0; 16];
         forged.extend_from_slice(&0x7fff_ffffu32.to_le_bytes());
         forged.extend_from_slice(&[0; 8]);
-        assert!(Bounded::<JointState>::decode_slice(&forged).is_err());
+        assert!(super::message::<JointState>(&mut forged).is_err());
     }
 }

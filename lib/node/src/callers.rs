@@ -1,9 +1,16 @@
 //! The connections that a server has at a time, and which of them make room for a new one.
 
 use std::collections::HashMap;
-use std::net::IpAddr;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
+use tokio::time::sleep;
+
+/// Pause after a connection that could not be accepted.
+const RETRY: Duration = Duration::from_millis(50);
 
 /// How many connections a server has at a time.
 #[derive(Debug, Clone, Copy)]
@@ -59,6 +66,41 @@ pub(crate) struct Place {
     callers: Callers,
     id: u64,
     put_out: Arc<Notify>,
+}
+
+/// Accepts connections for ever. Each is served by a task of its own until it ends, or until it has to make room for another.
+pub(crate) async fn accept_all<F>(
+    listener: TcpListener,
+    capacity: Capacity,
+    what: String,
+    serve: impl Fn(TcpStream, SocketAddr, Arc<Place>) -> F,
+) where
+    F: Future<Output = io::Result<()>> + Send + 'static,
+{
+    let callers = Callers::new(capacity);
+    let what: Arc<str> = what.into();
+    loop {
+        let Ok((stream, peer)) = listener.accept().await else {
+            // Out of descriptors, for one; it may pass.
+            sleep(RETRY).await;
+            continue;
+        };
+        let Some(place) = callers.enter(peer.ip()).map(Arc::new) else {
+            log::warn!("{what}: {peer} was turned away; all places are in use");
+            continue;
+        };
+        let (what, serving) = (Arc::clone(&what), serve(stream, peer, Arc::clone(&place)));
+        tokio::spawn(async move {
+            let served = tokio::select! {
+                biased;
+                served = serving => served,
+                () = place.put_out() => Err(io::Error::other("made room for a new connection")),
+            };
+            if let Err(error) = served {
+                log::debug!("{what}: {peer}: {error}");
+            }
+        });
+    }
 }
 
 impl Callers {

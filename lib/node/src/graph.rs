@@ -1,7 +1,7 @@
 //! This process in the ROS graph: what it publishes, reads and offers, and what other nodes ask it:
 //! <https://wiki.ros.org/ROS/Slave_API>.
 
-use crate::callers::{Callers, Capacity, Place};
+use crate::callers::{Capacity, Place, accept_all};
 use crate::publication::Publication;
 use crate::registration::{Entry, Registrations};
 use crate::subscription::Subscription;
@@ -20,7 +20,6 @@ use tokio::time::{Instant, sleep, timeout};
 const GREETING_MAX: Duration = Duration::from_secs(2);
 /// Pause between looks whether all messages are out.
 const FLUSH_PERIOD: Duration = Duration::from_millis(5);
-const RETRY: Duration = Duration::from_millis(50);
 
 /// This process in the graph.
 pub(crate) struct Graph {
@@ -52,7 +51,13 @@ impl Graph {
             links: Mutex::default(),
             registrations: Registrations::start(uri),
         });
-        tokio::spawn(Arc::clone(&graph).accept(subscribers));
+        let sending = Arc::clone(&graph);
+        let serve = move |stream, peer, place: Arc<Place>| {
+            let graph = Arc::clone(&sending);
+            async move { graph.serve_subscriber(stream, peer, &place).await }
+        };
+        let what = "subscribers".to_owned();
+        tokio::spawn(accept_all(subscribers, Capacity::SUBSCRIBERS, what, serve));
         let asked = Arc::clone(&graph);
         let respond = move |method: &str, arguments| asked.respond(method, arguments);
         tokio::spawn(xmlrpc::serve(questions, Arc::new(respond)));
@@ -120,31 +125,6 @@ impl Graph {
             .iter()
             .find(|other| other.topic == topic)
             .cloned()
-    }
-
-    async fn accept(self: Arc<Self>, listener: TcpListener) {
-        let callers = Callers::new(Capacity::SUBSCRIBERS);
-        loop {
-            let Ok((stream, peer)) = listener.accept().await else {
-                // Out of descriptors, for one; it may pass.
-                sleep(RETRY).await;
-                continue;
-            };
-            let Some(place) = callers.enter(peer.ip()) else {
-                log::warn!("a subscriber at {peer} was turned away: there are too many");
-                continue;
-            };
-            let graph = Arc::clone(&self);
-            tokio::spawn(async move {
-                let served = tokio::select! {
-                    served = graph.serve_subscriber(stream, peer, &place) => served,
-                    () = place.put_out() => Ok(()),
-                };
-                if let Err(error) = served {
-                    log::debug!("the subscriber at {peer}: {error}");
-                }
-            });
-        }
     }
 
     async fn serve_subscriber(

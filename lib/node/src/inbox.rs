@@ -44,7 +44,7 @@ impl Inbox {
     pub fn start(
         topic: &str,
         queue: usize,
-        read: impl Fn(&[u8], &dyn Fn(Option<u32>)) -> std::io::Result<()> + Send + 'static,
+        read: impl Fn(Vec<u8>, &dyn Fn(Option<u32>)) -> std::io::Result<()> + Send + 'static,
     ) -> std::io::Result<Arc<Self>> {
         let heard = Heard {
             count: 0,
@@ -68,7 +68,7 @@ impl Inbox {
             let _running = running;
             while let Some((publisher, bytes)) = reader.next() {
                 let note = |number| reader.state().note(&publisher, number);
-                if let Err(error) = read(&bytes, &note) {
+                if let Err(error) = read(bytes, &note) {
                     log::debug!("{topic} of {publisher}: {error}");
                 }
             }
@@ -140,7 +140,7 @@ mod tests {
     fn the_newest_are_kept_and_gaps_are_counted() {
         let (begun, begins) = mpsc::channel();
         let (go, goes) = mpsc::channel::<()>();
-        let read = move |bytes: &[u8], note: &dyn Fn(Option<u32>)| {
+        let read = move |bytes: Vec<u8>, note: &dyn Fn(Option<u32>)| {
             note(Some(u32::from(bytes[0])));
             begun.send(bytes[0]).unwrap();
             goes.recv().unwrap();

@@ -7,9 +7,7 @@
 mod example;
 mod parse;
 
-pub use parse::LayoutError;
-
-use std::io::{self, Read};
+use std::io;
 
 /// Size of the largest message that is accepted, in bytes; an uncompressed 848 × 480 cloud has 13 MB.
 pub const MESSAGE_BYTES_MAX: usize = 64 << 20;
@@ -34,52 +32,71 @@ enum Item {
 }
 
 impl Layout {
-    /// Reads exactly one message from `reader` into `bytes`, which grows as bytes arrive, never ahead of them.
+    /// Checks that `bytes` begin with a message of this layout, and makes each `bool` in it 0 or 1.
     ///
     /// # Errors
-    /// The reader fails or ends early, or a length exceeds its limit.
-    pub fn read(&self, reader: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
-        self.read_counting(reader, bytes, &mut 0)
+    /// The bytes end before the message does, or a length in it exceeds its limit.
+    pub fn check(&self, bytes: &mut [u8]) -> io::Result<()> {
+        let mut walk = Walk {
+            rest: bytes,
+            elements: 0,
+        };
+        walk.message(self)
     }
+}
 
-    fn read_counting(
-        &self,
-        reader: &mut impl Read,
-        bytes: &mut Vec<u8>,
-        elements: &mut usize,
-    ) -> io::Result<()> {
-        for item in &self.0 {
+/// What has not been looked at yet, and how many elements were.
+struct Walk<'a> {
+    rest: &'a mut [u8],
+    elements: usize,
+}
+
+impl<'a> Walk<'a> {
+    fn message(&mut self, layout: &Layout) -> io::Result<()> {
+        for item in &layout.0 {
             match item {
-                Item::Fixed(size) => take(reader, *size, bytes)?,
-                Item::Truth(count) => take_truth(reader, *count, bytes)?,
-                Item::Array(element) => {
-                    let count = read_length(reader, bytes)?;
-                    match element.0[..] {
-                        [] => {}
-                        [Item::Fixed(size)] => take(reader, count.saturating_mul(size), bytes)?,
-                        [Item::Truth(each)] => {
-                            take_truth(reader, count.saturating_mul(each), bytes)?;
-                        }
-                        _ => {
-                            *elements = elements.saturating_add(count);
-                            check_elements(*elements)?;
-                            for _ in 0..count {
-                                element.read_counting(reader, bytes, elements)?;
-                            }
-                        }
-                    }
-                }
+                Item::Fixed(size) => self.take(*size).map(drop)?,
+                Item::Truth(count) => self.take_truth(*count)?,
+                Item::Array(element) => self.array(element)?,
             }
         }
         Ok(())
     }
-}
 
-fn read_length(reader: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<usize> {
-    let mut length = [0; 4];
-    reader.read_exact(&mut length)?;
-    bytes.extend_from_slice(&length);
-    Ok(u32::from_le_bytes(length) as usize)
+    fn array(&mut self, element: &Layout) -> io::Result<()> {
+        let length = self.take(4)?;
+        let count = length
+            .first_chunk()
+            .map_or(0, |four| u32::from_le_bytes(*four)) as usize;
+        match element.0[..] {
+            [] => Ok(()),
+            [Item::Fixed(size)] => self.take(count.saturating_mul(size)).map(drop),
+            [Item::Truth(each)] => self.take_truth(count.saturating_mul(each)),
+            _ => {
+                self.elements = self.elements.saturating_add(count);
+                check_elements(self.elements)?;
+                (0..count).try_for_each(|_| self.message(element))
+            }
+        }
+    }
+
+    /// Any byte but 0 is true, as in C++ and Python.
+    fn take_truth(&mut self, count: usize) -> io::Result<()> {
+        for byte in self.take(count)? {
+            *byte = u8::from(*byte != 0);
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, size: usize) -> io::Result<&'a mut [u8]> {
+        let left = self.rest.len();
+        let Some((taken, rest)) = std::mem::take(&mut self.rest).split_at_mut_checked(size) else {
+            let text = format!("message claims {size} more bytes where {left} are left");
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, text));
+        };
+        self.rest = rest;
+        Ok(taken)
+    }
 }
 
 fn check_elements(elements: usize) -> io::Result<()> {
@@ -90,32 +107,10 @@ fn check_elements(elements: usize) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::InvalidData, text))
 }
 
-/// Any byte but 0 is true, as in C++ and Python.
-fn take_truth(reader: &mut impl Read, count: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
-    let start = bytes.len();
-    take(reader, count, bytes)?;
-    for byte in &mut bytes[start..] {
-        *byte = u8::from(*byte != 0);
-    }
-    Ok(())
-}
-
-fn take(reader: &mut impl Read, size: usize, bytes: &mut Vec<u8>) -> io::Result<()> {
-    if bytes.len().saturating_add(size) > MESSAGE_BYTES_MAX {
-        let text = format!("message claims {size} more bytes; the limit is {MESSAGE_BYTES_MAX}");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, text));
-    }
-    let read = reader.take(size as u64).read_to_end(bytes)?;
-    if read < size {
-        let text = format!("message claims {size} more bytes where {read} are left");
-        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, text));
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use super::parse::LayoutError;
     use super::*;
     use rosrust::Message;
 
@@ -129,16 +124,17 @@ mod tests {
 
     #[test]
     fn layouts_agree_with_the_encoder() {
-        let mut bytes = Vec::new();
         let view = msg::deformable_cobot::View {
             scan_id: "a scan".into(),
             timing: vec![Default::default(); 3],
             ..Default::default()
         };
-        layout_of::<msg::deformable_cobot::View>()
-            .read(&mut &encoded(&view)[..], &mut bytes)
-            .unwrap();
+        let mut bytes = encoded(&view);
+        let layout = layout_of::<msg::deformable_cobot::View>();
+        layout.check(&mut bytes).unwrap();
         assert_eq!(bytes, encoded(&view));
+        bytes.pop();
+        assert!(layout.check(&mut bytes).is_err());
         for definition in [
             <msg::deformable_cobot::RegisterViews as msg::service::Service>::request_definition(),
             <msg::deformable_cobot::ClassifyCloud as msg::service::Service>::response_definition(),
@@ -153,12 +149,10 @@ mod tests {
         let mut forged = vec![0; 16];
         forged.extend_from_slice(&u32::MAX.to_le_bytes());
         forged.extend_from_slice(&[0; 8]);
-        let mut bytes = Vec::new();
         let error = layout_of::<msg::sensor_msgs::JointState>()
-            .read(&mut &forged[..], &mut bytes)
+            .check(&mut forged)
             .unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::InvalidData);
-        assert!(bytes.capacity() < 1024);
     }
 
     #[test]
@@ -199,9 +193,8 @@ mod tests {
     #[test]
     fn truth_is_zero_or_one() {
         let layout = Layout::parse("bool a\nbool[2] b\nuint8 c\nbool[] d").unwrap();
-        let sent = [2, 0, 255, 7, 3, 0, 0, 0, 1, 9, 0];
-        let mut bytes = Vec::new();
-        layout.read(&mut &sent[..], &mut bytes).unwrap();
+        let mut bytes = [2, 0, 255, 7, 3, 0, 0, 0, 1, 9, 0];
+        layout.check(&mut bytes).unwrap();
         assert_eq!(bytes, [1, 0, 1, 7, 3, 0, 0, 0, 1, 1, 0]);
     }
 
@@ -211,7 +204,7 @@ mod tests {
         let count = ELEMENTS_MAX + 1;
         let mut sent = (count as u32).to_le_bytes().to_vec();
         sent.resize(4 + 4 * count, 0);
-        let error = layout.read(&mut &sent[..], &mut Vec::new()).unwrap_err();
+        let error = layout.check(&mut sent).unwrap_err();
         assert!(error.to_string().contains("65537 elements"), "{error}");
     }
 
@@ -219,8 +212,6 @@ mod tests {
     fn elements_without_bytes_cannot_spin() {
         let text = format!("E[] many\n{}\nMSG: std_msgs/E\n", "=".repeat(80));
         let layout = Layout::parse(&text).unwrap();
-        layout
-            .read(&mut &u32::MAX.to_le_bytes()[..], &mut Vec::new())
-            .unwrap();
+        layout.check(&mut u32::MAX.to_le_bytes()).unwrap();
     }
 }

@@ -1,7 +1,7 @@
 //! A ROS 1 node: start-up, parameters, topics, services, time, TF, health and shutdown.
 //!
 //! A node's `main` calls [`run`] with a body that sets up its topics and waits for shutdown. Messages are encoded and decoded
-//! by rosrust's generated code, after [`bounded`] has checked their lengths. The rest of the protocol is here, since the arm
+//! by rosrust's generated code, after their lengths have been checked. The rest of the protocol is here, since the arm
 //! must come to rest whatever happens to a peer or to the network:
 //!
 //! | what happens | what is done | tried by |
@@ -12,7 +12,7 @@
 //! | a listener's computer is cut off for less than a minute | its connection is kept, but for commands and results | `test_main_computer_unplugged_in_a_long_turn` |
 //! | the master is restarted | the node registers again; connections go on | `test_a_restarted_master_learns_of_the_node_again` |
 //! | a peer is mute, stopped or slow | it has a task and time limits of its own; others do not wait for it | `test_a_listener_that_stands_still_holds_up_nobody`, `test_hostile_peer` |
-//! | a peer announces more bytes than it sends, or sends garbage | [`bounded`] refuses the message before memory is taken for it | `test_a_forged_length_does_not_abort` |
+//! | a peer announces more bytes than it sends, or sends garbage | the message is refused before memory is taken for it | `test_a_forged_length_does_not_abort` |
 //! | somebody takes up all connections | idle ones make room; those in use are counted for each computer | `test_capacity.py` |
 //! | somebody listens late | the last message of a latched topic comes once | `test_late_listeners_get_a_latched_message_once` |
 //! | time goes back (a bag that loops) | [`Clock::jumps`], and TF is forgotten | `test_a_looping_bag_starts_afresh_each_time` |
@@ -20,11 +20,10 @@
 //! | another computer's clock is wrong | it is named, and no view is taken | `test_clock_stepped` |
 //! | a panic, or SIGKILL | the process ends, roslaunch starts it again, and it takes up its parameters | `test_kills.py` |
 
-pub mod bounded;
 pub mod environment;
-pub mod layout;
 pub mod transforms;
 
+mod bounded;
 mod callers;
 mod clock;
 mod clock_skew;
@@ -34,6 +33,7 @@ mod fuzz;
 mod graph;
 mod health;
 mod inbox;
+mod layout;
 mod life;
 mod listener;
 mod logging;

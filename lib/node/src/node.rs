@@ -1,6 +1,6 @@
 //! A node from start to shutdown.
 
-use crate::bounded::Bounded;
+use crate::bounded;
 use crate::clock::Clock;
 use crate::graph::Graph;
 use crate::health::Health;
@@ -16,12 +16,10 @@ use crate::shutdown::{self, REQUESTS};
 use crate::subscriber::{Expect, Subscriber};
 use crate::subscription::Subscription;
 use crate::tcpros::{PATIENT, PROMPT};
-use crate::xmlrpc::Value;
-use crate::{clock, environment, master, names, service_client};
+use crate::{environment, master, names, service_client};
 use anyhow::Context;
+use msg::Message;
 use msg::service::Service;
-use msg::{Message, rosgraph_msgs};
-use rosrust::RosMsg;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Display;
@@ -30,8 +28,6 @@ use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::time::{MissedTickBehavior, interval};
 
-/// How often it is looked whether ROS time went back.
-const CLOCK_PERIOD: Duration = Duration::from_millis(20);
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
 
 /// This process as a ROS node. Clones share it; there is one in a process.
@@ -65,28 +61,6 @@ impl Node {
         node.watch_signals()?;
         tokio::spawn(node.clone().report());
         Ok(node)
-    }
-
-    /// Takes time from /clock where the parameter server says so, and watches for jumps.
-    async fn follow_clock(&self) -> anyhow::Result<()> {
-        let name = "/use_sim_time".into();
-        if let Ok(Value::Bool(true)) = master::call("getParam", &[name]).await {
-            clock::simulate(msg::Time::default());
-            let set = |now: rosgraph_msgs::Clock| clock::simulate(now.clock);
-            let ticks = self.subscribe("/clock", Expect::OPTIONAL_STATE, set)?;
-            // As long as the node.
-            std::mem::forget(ticks);
-        }
-        let clock = self.clock();
-        tokio::spawn(async move {
-            let mut ticker = interval(CLOCK_PERIOD);
-            ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
-            loop {
-                ticker.tick().await;
-                clock.observe(clock.now());
-            }
-        });
-        Ok(())
     }
 
     fn watch_signals(&self) -> anyhow::Result<()> {
@@ -189,8 +163,8 @@ impl Node {
         expect: Expect,
         callback: impl Fn(T) + Send + Sync + 'static,
     ) -> anyhow::Result<Subscriber> {
-        let read = move |bytes: &[u8], note: &dyn Fn(Option<u32>)| {
-            let Bounded(message, number) = Bounded::<T>::decode(bytes)?;
+        let read = move |mut bytes: Vec<u8>, note: &dyn Fn(Option<u32>)| {
+            let (message, number) = bounded::message::<T>(&mut bytes)?;
             note(number);
             callback(message);
             Ok(())

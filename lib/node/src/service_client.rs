@@ -2,7 +2,7 @@
 //!
 //! The end of the connection tells the server that its caller has left.
 
-use crate::bounded::{Request, Response};
+use crate::bounded;
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
 use crate::service::CallError;
@@ -57,7 +57,7 @@ pub(crate) async fn call<S: Service>(
     };
     let service = names::resolve(name).map_err(|error| failed(format!("{error:#}")))?;
     let mut bytes = Vec::new();
-    let encoded = Request::<S>(request).encode(&mut bytes);
+    let encoded = request.encode(&mut bytes);
     encoded.map_err(|error| failed(error.to_string()))?;
     let end = async {
         tokio::select! {
@@ -132,9 +132,9 @@ async fn ask<S: Service>(stream: &mut TcpStream, service: &str, request: &[u8]) 
 
 async fn read_answer<S: Service>(reader: &mut ReadHalf<'_>) -> io::Result<Answer<S>> {
     let is_good = reader.read_u8().await? != 0;
-    let answer = read_block(reader, MESSAGE_BYTES_MAX).await?;
+    let mut answer = read_block(reader, MESSAGE_BYTES_MAX).await?;
     if !is_good {
         return Ok(Err(String::from_utf8_lossy(&answer).into_owned()));
     }
-    Response::<S>::decode(&answer[..]).map(|Response(response)| Ok(response))
+    bounded::response::<S>(&mut answer).map(Ok)
 }

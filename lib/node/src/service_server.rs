@@ -2,8 +2,8 @@
 //!
 //! A caller that waits keeps its connection open; the handler is told when it ends.
 
-use crate::bounded::{Request, Response};
-use crate::callers::{Callers, Capacity, Place};
+use crate::bounded;
+use crate::callers::{Capacity, Place, accept_all};
 use crate::graph::listen;
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
@@ -18,7 +18,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::AsyncWriteExt;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
@@ -66,8 +66,19 @@ impl ServiceServer {
     ) -> io::Result<Self> {
         let listener = listen(host)?;
         let port = listener.local_addr()?.port();
-        let name = Arc::from(name);
-        let accepting = tokio::spawn(accept_all(listener, name, handler));
+        let (name, what) = (Arc::<str>::from(name), format!("service {name}"));
+        let serve = move |stream, peer, place: Arc<Place>| {
+            let (name, handler) = (Arc::clone(&name), Arc::clone(&handler));
+            async move {
+                let served = serve_caller(stream, peer, &name, &*handler, &place).await;
+                served.inspect_err(|error| {
+                    if error.kind() != io::ErrorKind::UnexpectedEof {
+                        log::warn!("service {name}: {error}");
+                    }
+                })
+            }
+        };
+        let accepting = tokio::spawn(accept_all(listener, Capacity::CALLS, what, serve));
         Ok(Self { port, accepting })
     }
 
@@ -79,38 +90,6 @@ impl ServiceServer {
 impl Drop for ServiceServer {
     fn drop(&mut self) {
         self.accepting.abort();
-    }
-}
-
-async fn accept_all<S: Service, H: Handler<S>>(
-    listener: TcpListener,
-    name: Arc<str>,
-    handler: Arc<H>,
-) {
-    let callers = Callers::new(Capacity::CALLS);
-    loop {
-        let Ok((stream, peer)) = listener.accept().await else {
-            // Out of descriptors, for one; it may pass.
-            sleep(LOOK_PERIOD).await;
-            continue;
-        };
-        let Some(place) = callers.enter(peer.ip()) else {
-            log::warn!("service {name}: {peer} was turned away; all places are in use");
-            continue;
-        };
-        let (name, handler) = (Arc::clone(&name), Arc::clone(&handler));
-        tokio::spawn(async move {
-            let served = tokio::select! {
-                biased;
-                served = serve_caller(stream, peer, &name, &*handler, &place) => served,
-                () = place.put_out() => Err(io::Error::other(format!("{peer} made room for a new caller"))),
-            };
-            if let Err(error) = served
-                && error.kind() != io::ErrorKind::UnexpectedEof
-            {
-                log::warn!("service {name}: {error}");
-            }
-        });
     }
 }
 
@@ -144,13 +123,13 @@ async fn serve_caller<S: Service>(
         None => peer.to_string(),
     };
     loop {
-        let request = read_request(&mut stream).await?;
+        let mut request = read_request(&mut stream).await?;
         // The end of the process waits until the answer is out.
         let _work = REQUESTS.begin();
         let answer = if shutdown::is_ordered() {
             failure("the node is shutting down")
         } else if place.begin_use() {
-            answer(&request, &stream, &caller, handler).await
+            answer(&mut request, &stream, &caller, handler).await
         } else {
             failure(&format!(
                 "too many calls of {name} at a time from {}",
@@ -184,13 +163,13 @@ fn check_header<S: Service>(fields: &HashMap<String, String>, name: &str) -> Res
 /// The answer as it is sent: whether all went well, and the response or why not. The handler is told when the caller has
 /// gone, and waited for all the same: it brings to rest what it moves.
 async fn answer<S: Service>(
-    request: &[u8],
+    request: &mut [u8],
     stream: &TcpStream,
     caller: &str,
     handler: &impl Handler<S>,
 ) -> Vec<u8> {
-    let request = match Request::<S>::decode(request) {
-        Ok(Request(request)) => request,
+    let request = match bounded::request::<S>(request) {
+        Ok(request) => request,
         Err(error) => return failure(&format!("the request cannot be read: {error}")),
     };
     let (end, ended) = oneshot::channel();
@@ -207,7 +186,7 @@ async fn answer<S: Service>(
     };
     let mut bytes = Vec::new();
     let encoded = response.and_then(|response| {
-        let encoded = Response::<S>(response).encode(&mut bytes);
+        let encoded = response.encode(&mut bytes);
         encoded.map_err(|error| error.to_string())
     });
     match encoded {

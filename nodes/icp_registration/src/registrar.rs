@@ -257,7 +257,7 @@ impl Registrar {
 
 /// Registers all views of a scene at once.
 ///
-/// Returns the common cloud (m) and the evidence of each view.
+/// Returns the registrar, which has the common cloud, and the evidence of each view.
 ///
 /// # Errors
 /// A parameter out of its range, or the index of the view that cannot be registered, and why.

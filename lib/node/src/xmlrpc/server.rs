@@ -2,19 +2,18 @@
 
 use super::http;
 use super::value::{Value, decode_call, encode_fault, encode_response};
-use crate::callers::{Callers, Capacity};
+use crate::callers::{Capacity, accept_all};
 use crate::tcpros::set_options;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::time::{sleep, timeout};
+use tokio::time::timeout;
 
 /// Time limit for a request to arrive once its connection stands, and for its answer to be taken.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Keep-alive: how long an idle connection stays open for a next request. Clients connect again after that.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-const RETRY: Duration = Duration::from_millis(50);
 
 /// Answers the call of a method with these arguments, or says why not.
 pub(crate) trait Respond:
@@ -25,27 +24,11 @@ impl<F: Fn(&str, Vec<Value>) -> Result<Value, String> + Send + Sync + 'static> R
 
 /// Serves all connections, until dropped.
 pub(crate) async fn serve(listener: TcpListener, respond: Arc<impl Respond>) {
-    let callers = Callers::new(Capacity::CALLS);
-    loop {
-        let Ok((stream, peer)) = listener.accept().await else {
-            // Out of descriptors, for one; it may pass.
-            sleep(RETRY).await;
-            continue;
-        };
-        let Some(place) = callers.enter(peer.ip()) else {
-            continue;
-        };
+    let answer = move |stream, _, _| {
         let respond = Arc::clone(&respond);
-        tokio::spawn(async move {
-            let answered = tokio::select! {
-                answered = answer_all(stream, &*respond) => answered,
-                () = place.put_out() => Ok(()),
-            };
-            if let Err(error) = answered {
-                log::debug!("a question from {peer}: {error}");
-            }
-        });
-    }
+        async move { answer_all(stream, &*respond).await }
+    };
+    accept_all(listener, Capacity::CALLS, "XML-RPC".into(), answer).await;
 }
 
 async fn answer_all(mut stream: TcpStream, respond: &impl Respond) -> io::Result<()> {
