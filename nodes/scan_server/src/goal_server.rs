@@ -1,7 +1,8 @@
 //! The action's server without its topics: takes goals and cancellations, has the scans made, and tells how they end.
 
 use crate::goals::{GoalId, GoalState, Goals};
-use crate::scanner::{Scanned, Scanner, Stages, Wish};
+use crate::scanner::{Scanned, Scanner};
+use crate::stages::{Stages, Wish};
 use msg::deformable_cobot::ScanObjectResult;
 use node::Life;
 use std::collections::HashMap;

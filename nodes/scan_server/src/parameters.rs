@@ -64,15 +64,12 @@ impl Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parameter::refused_name;
 
     #[test]
     fn defaults_are_valid_and_bad_values_named() {
         assert_eq!(Parameters::default().validate(), Ok(()));
-        let bad = |change: fn(&mut Parameters)| {
-            let mut parameters = Parameters::default();
-            change(&mut parameters);
-            parameters.validate().err().map(|error| error.name)
-        };
+        let bad = |change: fn(&mut Parameters)| refused_name(Parameters::validate, change);
         assert_eq!(
             bad(|p| p.view_deadline_s = f64::NAN),
             Some("view_deadline_s")

@@ -6,12 +6,12 @@ use crate::answers::Answers;
 use crate::goals::Outcome;
 use crate::parameters::Parameters;
 use crate::progress::{Progress, State};
+use crate::stages::{Stages, Wish};
 use anyhow::{Context, bail, ensure};
 use baxter::WristPlan;
 use msg::deformable_cobot::{Classification, ScanObjectRes, View};
 use msg::view::new_scan_id;
 use node::Life;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Mutex, broadcast};
 use tokio::time::Instant;
@@ -22,65 +22,6 @@ const RUNNING_ANSWER_PATIENCE: Duration = Duration::from_millis(500);
 
 /// Answers kept for a scan that looks for its own.
 const ANSWERS_KEPT: usize = 64;
-
-/// What a caller asks for.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Wish {
-    /// How many views at rest; 0: as configured.
-    pub views: u32,
-    /// Angle through which the wrist sweeps, rad; 0: as view_capture is configured.
-    pub range_rad: f64,
-}
-
-impl From<u32> for Wish {
-    fn from(views: u32) -> Self {
-        Self {
-            views,
-            range_rad: 0.0,
-        }
-    }
-}
-
-/// What a scan needs of the running graph. All futures end when `life` does; the arm rests then.
-pub trait Stages: Send + Sync {
-    /// How to take the views that are asked for.
-    fn plan(
-        &self,
-        wish: Wish,
-        life: &Life,
-    ) -> impl Future<Output = anyhow::Result<WristPlan>> + Send;
-    /// `life`, which ends also when `stop_wrist` is called: also between two turns, when nothing moves.
-    fn until_wrist_stopped(&self, life: &Life) -> Life;
-    /// Waits until somebody registers views, so that the first one is not lost.
-    fn until_registered(&self) -> impl Future<Output = anyhow::Result<()>> + Send;
-    /// Turns the wrist to an angle and takes the view there.
-    fn capture(
-        &self,
-        angle_rad: f64,
-        life: &Life,
-    ) -> impl Future<Output = anyhow::Result<View>> + Send;
-    /// Turns the wrist through a range, with views meanwhile, which come by [`Stages::captured`] with this scan id; says how
-    /// many were taken. Of `count` views it may leave some out.
-    fn sweep(
-        &self,
-        range_rad: f64,
-        count: u32,
-        scan_id: &str,
-        life: &Life,
-    ) -> impl Future<Output = anyhow::Result<u32>> + Send;
-    /// The views of sweeps from now on.
-    fn captured(&self) -> broadcast::Receiver<Arc<View>>;
-    /// Hands a view on to the later stages.
-    fn publish(&self, view: View);
-    /// Tells the later stages that no more views come than these.
-    fn publish_end(&self, scan_id: &str, view_count: u32);
-    /// Tells the later stages that the scan ended without an answer.
-    fn publish_failure(&self, scan_id: &str, error: String);
-    /// A clause for an error text: what the nodes have said is wrong with them since a moment; empty where they say nothing.
-    fn diagnosis(&self, since: Instant) -> impl Future<Output = String> + Send;
-    /// The stages after the views that are not running.
-    fn silent_stages(&self) -> Vec<&'static str>;
-}
 
 /// A scan that has ended.
 #[derive(Debug)]
@@ -124,8 +65,15 @@ impl<S: Stages> Scanner<S> {
         let _ = self.answers.send(answer);
     }
 
-    /// Makes the scan that is asked for and waits for the answer. It is given up when `life` ends. The arm
-    /// rests when this returns.
+    /// Makes the scan that is asked for, and waits for the answer:
+    ///
+    /// 1. plan: the angles at which the wrist comes to rest, or the range of a sweep;
+    /// 2. wait until somebody registers views;
+    /// 3. for each view: turn, look, hand the view on; and end early where the answer so far is sure enough;
+    /// 4. wait for the answer to all views;
+    /// 5. tell everybody how the scan ended: the later stages, whoever follows its progress, and the caller.
+    ///
+    /// The scan is given up when `life` ends. The arm rests when this returns.
     pub async fn scan(&self, wish: impl Into<Wish>, life: &Life) -> Scanned {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
