@@ -8,8 +8,14 @@ use crate::model::Searchable;
 use crate::observability::{Certainty, Freedom, Twists};
 use crate::parameters::{Metric, Parameters};
 
-/// Moves the view from where it is, along determined motions only (Zhang, Kaess and Singh 2016 call it solution
-/// remapping). `None` if the view has no extent or matches no surface.
+/// Step 2 of [`Registrar::add_view`](crate::Registrar::add_view): the small motion ξ with the least Σᵢ rᵢ², where
+/// rᵢ = nᵢ·(mᵢ − exp(ξ) Tₖ pᵢ).
+///
+/// Each iteration is a Gauss-Newton step. With Jᵢ the `effect` of ξ, that is how far each motion moves pᵢ along nᵢ, it sums up
+/// H = Σ JᵢJᵢᵀ (`information`) and g = Σ Jᵢrᵢ (`pull`) over the pairs that fit best, solves H ξ = g, moves the points, and
+/// matches them anew. It moves along determined directions only (solution remapping, Zhang, Kaess and Singh 2016): the
+/// eigenvectors of the mean of JᵢJᵢᵀ whose eigenvalues are large enough at the start. `None` if the view has no extent or
+/// matches no surface.
 pub(crate) fn correct(
     points: &[Point3<f32>],
     model: &Searchable,

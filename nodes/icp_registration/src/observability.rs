@@ -4,8 +4,8 @@ use nalgebra::{
     Isometry3, Matrix6, Point3, SymmetricEigen, Translation3, UnitQuaternion, Vector3, Vector6,
 };
 
-/// Six motions in units that compare: three turns about a centre, by how far they move a point at the mean radius, and
-/// three shifts.
+/// Six motions in comparable units, m: three turns about a centre, measured by how far they move a point at the mean radius,
+/// and three shifts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Twists {
     centre: Point3<f64>,
@@ -36,7 +36,7 @@ impl Twists {
         Isometry3::from_parts(Translation3::from(about_centre + shift), rotation)
     }
 
-    /// The six amounts of a motion, m: what [`Twists::motion`] undoes.
+    /// The six amounts of a motion, m: the inverse of [`Twists::motion`].
     pub(crate) fn amounts(&self, motion: &Isometry3<f64>) -> Vector6<f64> {
         let turn = motion.rotation.scaled_axis() * self.radius_m;
         let shift = motion * self.centre - self.centre;
@@ -86,7 +86,7 @@ impl Freedom {
         }
     }
 
-    /// What is left of information along determined directions.
+    /// The part of `information` that lies along determined directions.
     pub(crate) fn determined(&self, information: &Matrix6<f64>) -> Matrix6<f64> {
         self.determined * information * self.determined
     }

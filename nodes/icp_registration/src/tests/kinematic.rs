@@ -105,17 +105,18 @@ fn a_tube_keeps_how_it_was_turned_and_is_corrected_otherwise() {
 fn a_correction_beyond_its_bounds_is_refused_and_the_start_is_kept() {
     let mut random = scene::random(34);
     let block = scene::block(&mut random, 15_000);
+    let mut refused = |error: &Isometry3<f64>, tight, reason: &str| {
+        let (_, evidence, _) = scan(&mut random, &block, error, tight);
+        let is_refused = !evidence.accepted && evidence.reason.contains(reason);
+        assert!(is_refused, "{}", evidence.reason);
+        evidence
+    };
     let error = about_object(Vector3::new(0.006, 0.004, 0.0), Vector3::zeros());
     let tight = Parameters {
         max_correction_m: 0.004,
         ..Parameters::default()
     };
-    let (_, evidence, _) = scan(&mut random, &block, &error, tight);
-    assert!(
-        !evidence.accepted && evidence.reason.contains("max_correction_m allows 4.0 mm"),
-        "{}",
-        evidence.reason
-    );
+    let evidence = refused(&error, tight, "max_correction_m allows 4.0 mm");
     // But for what the two views before, with their noise, said of the mount.
     let off = evidence.transform * (error * hand_from_camera(0.6)).inverse();
     let place = nalgebra::Point3::new(0.0, 0.0, 0.1877);
@@ -127,12 +128,7 @@ fn a_correction_beyond_its_bounds_is_refused_and_the_start_is_kept() {
         max_correction_rad: 0.03,
         ..Parameters::default()
     };
-    let (_, evidence, _) = scan(&mut random, &block, &error, tight);
-    assert!(
-        !evidence.accepted && evidence.reason.contains("max_correction_rad allows 1.7°"),
-        "{}",
-        evidence.reason
-    );
+    refused(&error, tight, "max_correction_rad allows 1.7°");
 }
 
 /// Wrong by 7 mm and 1.4° in the camera's frame, as a mount measured by hand may be, each view is farther from the first by
