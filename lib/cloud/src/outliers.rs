@@ -1,10 +1,7 @@
-//! Outlier removal: by the number of neighbours within a radius, and statistical.
-
-use std::num::NonZeroUsize;
+//! Outlier removal by the number of neighbours within a radius.
 
 use nalgebra::Point3;
 
-use crate::Tree;
 use crate::cells::Cells;
 
 /// Which points have at least `min_neighbours` other points nearer than `radius_m`. Points must be finite.
@@ -27,47 +24,8 @@ pub fn radius(points: &[Point3<f32>], radius_m: f32, min_neighbours: usize) -> V
     points.iter().enumerate().map(has_enough).collect()
 }
 
-/// Which points' mean distance to their `neighbour_count` nearest others is at most the cloud's average of it plus
-/// `deviations` of its standard deviations. Points must be finite.
-pub fn statistical(
-    points: &[Point3<f32>],
-    neighbour_count: NonZeroUsize,
-    deviations: f32,
-) -> Vec<bool> {
-    let Some(tree) = Tree::new(points) else {
-        return Vec::new();
-    };
-    // One more, since the nearest neighbour of a point is the point itself.
-    let wanted = neighbour_count.saturating_add(1);
-    let mean_distance = |point| {
-        let found = tree.nearest_n(point, wanted).skip(1);
-        let (sum, count) = found.fold((0.0, 0), |(sum, count), near| {
-            (sum + near.distance_sq.sqrt(), count + 1)
-        });
-        sum / count.max(1) as f32
-    };
-    let distances: Vec<f32> = points.iter().map(mean_distance).collect();
-    let (mean, deviation) = mean_and_deviation(&distances);
-    distances
-        .iter()
-        .map(|&distance| distance <= mean + deviations * deviation)
-        .collect()
-}
-
-fn mean_and_deviation(values: &[f32]) -> (f32, f32) {
-    let count = values.len() as f64;
-    let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / count;
-    let variance = values
-        .iter()
-        .map(|&value| (f64::from(value) - mean).powi(2))
-        .sum::<f64>()
-        / count;
-    (mean as f32, variance.sqrt() as f32)
-}
-
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
@@ -93,34 +51,20 @@ mod tests {
     }
 
     #[test]
-    fn a_stray_point_is_found_by_both_rules() {
+    fn a_stray_point_is_found() {
         let mut points: Vec<_> = crate::random::points(2, 500, 1.0)
             .iter()
             .map(|point| point * 0.05)
             .collect();
         points.insert(123, Point3::new(0.3, 0.3, 0.3));
-        let strays = |keep: Vec<bool>| {
-            keep.iter()
-                .enumerate()
-                .filter(|(_, keep)| !**keep)
-                .map(|(index, _)| index)
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(strays(radius(&points, 0.03, 3)), [123]);
-        assert_eq!(
-            strays(statistical(&points, NonZeroUsize::new(8).unwrap(), 6.0)),
-            [123]
-        );
+        let keep = radius(&points, 0.03, 3);
+        let strays: Vec<_> = (0..points.len()).filter(|&index| !keep[index]).collect();
+        assert_eq!(strays, [123]);
     }
 
     #[test]
     fn no_points_have_no_strays() {
         assert!(radius(&[], 0.1, 3).is_empty());
-        assert!(statistical(&[], NonZeroUsize::MIN, 1.0).is_empty());
-        assert_eq!(
-            statistical(&[Point3::origin()], NonZeroUsize::MIN, 1.0),
-            [true]
-        );
         assert_eq!(radius(&[Point3::origin()], 0.1, 1), [false]);
     }
 }
