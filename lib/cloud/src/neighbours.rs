@@ -6,7 +6,7 @@ use kiddo::SquaredEuclidean;
 use kiddo::immutable::float::kdtree::ImmutableKdTree;
 use nalgebra::Point3;
 
-/// A point of the tree, seen from a query.
+/// A point of the tree that was found near a query.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Neighbour {
     /// Index into the slice that the tree was built of.
@@ -21,7 +21,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// Builds the tree; `None` for no points, which have no nearest one. Points must be finite.
+    /// Builds the tree; `None` if there are no points. Points must be finite.
     pub fn new(points: &[Point3<f32>]) -> Option<Self> {
         if points.is_empty() {
             return None;

@@ -51,6 +51,16 @@ pub fn in_range<T: PartialOrd + Display>(
     Err(ParameterError::new(name, value, allowed))
 }
 
+/// Name of the parameter that is refused once the defaults are changed so; for tests.
+pub fn refused_name<P: Default>(
+    validate: impl FnOnce(&P) -> Result<(), ParameterError>,
+    change: impl FnOnce(&mut P),
+) -> Option<&'static str> {
+    let mut parameters = P::default();
+    change(&mut parameters);
+    validate(&parameters).err().map(|error| error.name)
+}
+
 /// Checks fields of parameters, each with its range and its unit where its name does not tell; a prefix completes the names of
 /// a group of parameters. The function around it returns the error of the first field that is out of its range.
 #[macro_export]

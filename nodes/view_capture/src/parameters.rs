@@ -241,15 +241,12 @@ impl Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use parameter::refused_name;
 
     #[test]
     fn defaults_are_valid_and_bad_values_named() {
         assert_eq!(Parameters::default().validate(), Ok(()));
-        let bad = |change: fn(&mut Parameters)| {
-            let mut parameters = Parameters::default();
-            change(&mut parameters);
-            parameters.validate().err().map(|error| error.name)
-        };
+        let bad = |change: fn(&mut Parameters)| refused_name(Parameters::validate, change);
         assert_eq!(bad(|p| p.view_count = 0), Some("view_count"));
         assert_eq!(bad(|p| p.centre_angle_rad = 4.0), Some("centre_angle_rad"));
         assert_eq!(bad(|p| p.view_step_rad = f64::NAN), Some("view_step_rad"));

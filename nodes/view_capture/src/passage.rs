@@ -178,6 +178,14 @@ mod tests {
             }
         }
 
+        /// Turns by 0.01 rad in each of these ticks, without a rest.
+        fn turn(&mut self, ticks: usize) {
+            for _ in 0..ticks {
+                self.angle_rad += 0.01;
+                self.tick();
+            }
+        }
+
         fn go(&mut self, target_rad: f64) {
             while (self.angle_rad - target_rad).abs() > 1e-9 {
                 self.angle_rad += (target_rad - self.angle_rad).clamp(-0.01, 0.01);
@@ -210,10 +218,7 @@ mod tests {
     #[test]
     fn a_wrist_that_turns_back_at_once_makes_two_sweeps() {
         let mut player = Player::new(0);
-        for _ in 0..130 {
-            player.angle_rad += 0.01;
-            player.tick();
-        }
+        player.turn(130);
         player.go(-0.2);
         assert_eq!(player.sweeps.len(), 2);
     }
@@ -221,10 +226,7 @@ mod tests {
     #[test]
     fn a_reset_does_not_mix_two_pasts() {
         let mut player = Player::new(0);
-        for _ in 0..90 {
-            player.angle_rad += 0.01;
-            player.tick();
-        }
+        player.turn(90);
         player.passages.reset();
         player.go(1.6);
         assert!(player.sweeps.is_empty());

@@ -61,8 +61,8 @@ impl Hand {
         }
     }
 
-    /// Puts something of that thickness (metres) between the fingers and closes them on it, as a person would who hands it
-    /// over; or takes it away. The same again changes nothing.
+    /// Puts an object of this thickness (m) between the fingers and closes them on it, as if a person handed it over; `None`
+    /// takes the object away. A second call with the same thickness changes nothing.
     pub fn hold(&mut self, object_width_m: Option<f64>) {
         match self {
             Self::None => {}

@@ -1,4 +1,4 @@
-//! Files as people's programs and hands leave them, each with the points of the plain file.
+//! Files as other programs write them and people edit them: each variant has the same points as the plain file.
 
 use super::*;
 
@@ -62,7 +62,7 @@ fn an_empty_line_before_binary_data_is_no_data() {
 }
 
 #[test]
-fn columns_that_nobody_asked_for_are_read_over() {
+fn columns_that_are_not_needed_are_skipped() {
     // CloudCompare keeps the parentheses of its fields' names; others write names with spaces, or in other letters.
     for name in [
         "scalar_C2C_absolute_distances_(XY)",
@@ -219,7 +219,7 @@ fn an_organised_cloud_has_cells_without_a_measurement() {
 
 #[test]
 fn a_count_of_zero_is_what_the_length_of_the_file_says() {
-    // None here, and one there.
+    // The padding takes no byte in the first file, and one for each point in the second.
     assert_eq!(
         points("view.pcd", padded_pcd(&POINTS, "_ a _", "0 1 9", 11)),
         POINTS
@@ -269,7 +269,7 @@ fn what_old_headers_leave_out_has_the_defaults_of_pcl() {
     );
 }
 
-/// A square as its corners and what its faces are.
+/// The mesh of a square, from a PLY file with six vertices, this header of its faces, and these rows of them.
 fn surface(faces: &str, rows: &str) -> Surface {
     let text = format!(
         "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n{faces}end_header\n\
