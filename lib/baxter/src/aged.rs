@@ -11,6 +11,13 @@ pub struct Aged<T> {
     pub received: Instant,
 }
 
+impl<T> Aged<T> {
+    /// A value that arrived at this time.
+    pub fn new(value: T, received: Instant) -> Self {
+        Self { value, received }
+    }
+}
+
 /// Why there is no fresh message on a topic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Silence {
@@ -46,10 +53,7 @@ mod tests {
     #[test]
     fn only_what_was_heard_a_short_while_ago_counts() {
         let (now, age_max) = (Instant::now(), Duration::from_millis(500));
-        let last = Aged {
-            value: 7,
-            received: now,
-        };
+        let last = Aged::new(7, now);
         let at = |elapsed_ms| {
             let now = now + Duration::from_millis(elapsed_ms);
             fresh(Some(&last), age_max, now).copied()

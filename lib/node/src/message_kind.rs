@@ -1,5 +1,7 @@
 //! What both ends of a connection must agree on.
 
+use crate::names;
+use crate::tcpros::header;
 use rosrust::Message;
 use std::collections::HashMap;
 
@@ -18,6 +20,18 @@ impl MessageKind {
             md5: T::md5sum(),
             definition: T::msg_definition(),
         }
+    }
+
+    /// The connection header of a topic of this kind, with one more field.
+    pub fn header(&self, topic: &str, more: (&str, &str)) -> Vec<u8> {
+        header(&[
+            ("callerid", names::own()),
+            ("topic", topic),
+            ("type", &self.name),
+            ("md5sum", &self.md5),
+            ("message_definition", &self.definition),
+            more,
+        ])
     }
 
     /// Checks type and checksum in the other end's header.

@@ -2,9 +2,8 @@
 
 use crate::callers::Place;
 use crate::message_kind::MessageKind;
-use crate::names;
 use crate::publisher::Latch;
-use crate::tcpros::{header, is_unreachable, set_silence_max};
+use crate::tcpros::{is_unreachable, set_silence_max};
 use std::collections::{HashMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -127,14 +126,8 @@ impl Publication {
         fields: &HashMap<String, String>,
         place: &Place,
     ) -> io::Result<()> {
-        let accepted = header(&[
-            ("callerid", names::own()),
-            ("topic", &self.topic),
-            ("type", &self.kind.name),
-            ("md5sum", &self.kind.md5),
-            ("message_definition", &self.kind.definition),
-            ("latching", if self.latch == Latch::Yes { "1" } else { "0" }),
-        ]);
+        let latching = if self.latch == Latch::Yes { "1" } else { "0" };
+        let accepted = self.kind.header(&self.topic, ("latching", latching));
         set_silence_max(stream, self.silence_max)?;
         timeout(WRITE_MAX, stream.write_all(&accepted)).await??;
         if !place.begin_use() {

@@ -6,7 +6,7 @@ use crate::layout::MESSAGE_BYTES_MAX;
 use crate::message_kind::MessageKind;
 use crate::names;
 use crate::subscriber::Expect;
-use crate::tcpros::{header, read_block, read_header, set_options};
+use crate::tcpros::{read_block, read_header, set_options};
 use crate::xmlrpc::{self, Value};
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -169,15 +169,8 @@ impl Subscription {
         let dialled = TcpStream::connect((&host[..], port));
         let mut stream = timeout(DIAL_MAX, dialled).await??;
         set_options(&stream)?;
-        let introduction = header(&[
-            ("callerid", names::own()),
-            ("topic", &self.topic),
-            ("type", &self.kind.name),
-            ("md5sum", &self.kind.md5),
-            ("message_definition", &self.kind.definition),
-            // A publisher without it keeps small messages back until the one before is acknowledged.
-            ("tcp_nodelay", "1"),
-        ]);
+        // A publisher without tcp_nodelay keeps small messages back until the one before is acknowledged.
+        let introduction = self.kind.header(&self.topic, ("tcp_nodelay", "1"));
         timeout(DIAL_MAX, stream.write_all(&introduction)).await??;
         let mut stream = BufReader::new(stream);
         let fields = timeout(DIAL_MAX, read_header(&mut stream)).await??;

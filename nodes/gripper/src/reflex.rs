@@ -182,10 +182,7 @@ impl Hand for Reflex {
             .iter()
             .all(|finger| finger.angle_rad.is_finite() && finger.load.is_finite())
         {
-            self.state = Some(Aged {
-                value: state,
-                received: now,
-            });
+            self.state = Some(Aged::new(state, now));
         }
     }
 

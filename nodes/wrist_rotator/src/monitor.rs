@@ -55,11 +55,8 @@ impl Monitor {
     ) {
         for (joint, name) in self.snapshot.joints.iter_mut().zip(self.joint_names) {
             let sample = JointSample::find(name, names, positions, velocities, stamp);
-            if let Some(value) = sample {
-                *joint = Some(Aged {
-                    value,
-                    received: now,
-                });
+            if let Some(sample) = sample {
+                *joint = Some(Aged::new(sample, now));
             }
         }
     }

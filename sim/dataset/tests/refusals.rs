@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use common::{QUICK, assert_same, merge, program, refusal, run, shards_and_whole, tree};
+use common::{QUICK, assert_same, merge, places, program, refusal, run, shards_and_whole, tree};
 
 #[test]
 fn wrong_usage_is_code_2_and_leaves_nothing() {
@@ -71,8 +71,7 @@ fn what_cannot_be_read_or_written_is_code_1_and_leaves_nothing() {
 
 #[test]
 fn another_dataset_in_the_folder_is_refused_by_name() {
-    let folder = tempfile::tempdir().unwrap();
-    let [out, copy] = ["out", "copy"].map(|name| folder.path().join(name));
+    let (folder, [out, copy]) = places(["out", "copy"]);
     run("--object tiny-ball --count 6", &out);
     run("--object tiny-ball --count 6", &copy);
     let settings = folder.path().join("settings.yaml");
@@ -227,8 +226,7 @@ impl Drop for SmallDisk<'_> {
 
 #[test]
 fn a_full_disk_leaves_only_whole_meshes_and_the_run_goes_on_later() {
-    let folder = tempfile::tempdir().unwrap();
-    let [disk, whole] = ["disk", "whole"].map(|name| folder.path().join(name));
+    let (_folder, [disk, whole]) = places(["disk", "whole"]);
     run(QUICK, &whole);
     let wanted = tree(&whole);
     let bytes: usize = wanted.values().map(Vec::len).sum();

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{QUICK, assert_same, merge, program, run, stderr, tree};
+use common::{QUICK, assert_same, merge, places, program, run, stderr, tree};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -34,8 +34,7 @@ fn jobs_do_not_change_a_byte() {
 
 #[test]
 fn an_object_is_the_same_in_any_company_and_differs_with_the_seed() {
-    let folder = tempfile::tempdir().unwrap();
-    let [both, alone, other] = ["both", "alone", "other"].map(|name| folder.path().join(name));
+    let (_folder, [both, alone, other]) = places(["both", "alone", "other"]);
     run(QUICK, &both);
     run("--object small-cup --count 20 --seed 7", &alone);
     run("--object small-cup --count 20 --seed 8", &other);
@@ -48,8 +47,7 @@ fn an_object_is_the_same_in_any_company_and_differs_with_the_seed() {
 
 #[test]
 fn a_greater_count_goes_on_in_the_same_order() {
-    let folder = tempfile::tempdir().unwrap();
-    let [few, many] = ["few", "many"].map(|name| folder.path().join(name));
+    let (_folder, [few, many]) = places(["few", "many"]);
     run("--object tiny-ball --count 8", &few);
     run("--object tiny-ball --count 20", &many);
     let many = tree(&many.join("tiny-ball"));
@@ -81,8 +79,7 @@ fn shards_merged_are_one_run() {
 
 #[test]
 fn runs_killed_at_random_points_go_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, killed] = ["whole", "killed"].map(|name| folder.path().join(name));
+    let (_folder, [whole, killed]) = places(["whole", "killed"]);
     let start = Instant::now();
     run(QUICK, &whole);
     let time = start.elapsed();
@@ -119,8 +116,7 @@ fn runs_killed_at_random_points_go_on() {
 
 #[test]
 fn a_run_asked_to_stop_says_how_to_go_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, stopped] = ["whole", "stopped"].map(|name| folder.path().join(name));
+    let (_folder, [whole, stopped]) = places(["whole", "stopped"]);
     let many = "--object tiny-ball --count 120 --jobs 2";
     let child = program(many, &stopped)
         .stderr(Stdio::piped())
@@ -157,8 +153,7 @@ fn a_run_asked_to_stop_says_how_to_go_on() {
 
 #[test]
 fn meshes_that_were_removed_are_made_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let [whole, robbed] = ["whole", "robbed"].map(|name| folder.path().join(name));
+    let (folder, [whole, robbed]) = places(["whole", "robbed"]);
     run(QUICK, &whole);
     run(QUICK, &robbed);
     fs::remove_file(robbed.join("tiny-ball/0003.ply")).unwrap();

@@ -63,10 +63,7 @@ fn ready_and_error_are_policies() {
 fn silence_is_refused_with_its_age() {
     let now = Instant::now();
     assert_eq!(RULES.check(None, now), Err(StateRefusal::Absent));
-    let last = Aged {
-        value: RobotState::HEALTHY,
-        received: now,
-    };
+    let last = Aged::new(RobotState::HEALTHY, now);
     let later = now + Duration::from_millis(510);
     let (age_s, max_s) = (0.51, 0.5);
     assert_eq!(

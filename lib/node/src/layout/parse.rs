@@ -38,7 +38,7 @@ impl Layout {
                 types.insert(name.trim(), body);
             }
         }
-        message_layout(own, "", &types, 0)
+        Types(types).message(own, "", 0)
     }
 
     /// Appends `item`, joined with the last one where both have fixed sizes.
@@ -51,35 +51,70 @@ impl Layout {
     }
 }
 
-fn message_layout(
-    text: &str,
-    package: &str,
-    types: &HashMap<&str, &str>,
-    depth: usize,
-) -> Result<Layout, LayoutError> {
-    let mut layout = Layout(Vec::new());
-    for line in text.lines() {
-        let line = line.split('#').next().unwrap_or_default().trim();
-        if line.is_empty() || line.contains('=') {
-            continue; // nothing, or a constant, which is not sent
-        }
-        let kind = match line.split_whitespace().collect::<Vec<_>>()[..] {
-            [kind, _name] => kind,
-            _ => return Err(LayoutError::Line(line.into())),
-        };
-        let (kind, count) = split_array(kind).ok_or_else(|| LayoutError::Line(line.into()))?;
-        let element = type_layout(kind, package, types, depth)?;
-        match count {
-            Count::One => element.0.into_iter().for_each(|item| layout.push(item)),
-            Count::Exactly(count) => {
-                for _ in 0..count {
-                    element.0.iter().cloned().for_each(|item| layout.push(item));
-                }
+/// Texts of the messages that a definition uses, by their names.
+struct Types<'a>(HashMap<&'a str, &'a str>);
+
+impl<'a> Types<'a> {
+    fn message(&self, text: &str, package: &str, depth: usize) -> Result<Layout, LayoutError> {
+        let mut layout = Layout(Vec::new());
+        for line in text.lines() {
+            let line = line.split('#').next().unwrap_or_default().trim();
+            if line.is_empty() || line.contains('=') {
+                continue; // nothing, or a constant, which is not sent
             }
-            Count::Sent => layout.push(Item::Array(element)),
+            let kind = match line.split_whitespace().collect::<Vec<_>>()[..] {
+                [kind, _name] => kind,
+                _ => return Err(LayoutError::Line(line.into())),
+            };
+            let (kind, count) = split_array(kind).ok_or_else(|| LayoutError::Line(line.into()))?;
+            let element = self.layout_of(kind, package, depth)?;
+            match count {
+                Count::One => element.0.into_iter().for_each(|item| layout.push(item)),
+                Count::Exactly(count) => {
+                    for _ in 0..count {
+                        element.0.iter().cloned().for_each(|item| layout.push(item));
+                    }
+                }
+                Count::Sent => layout.push(Item::Array(element)),
+            }
         }
+        Ok(layout)
     }
-    Ok(layout)
+
+    fn layout_of(&self, kind: &str, package: &str, depth: usize) -> Result<Layout, LayoutError> {
+        let size = match kind {
+            "bool" => return Ok(Layout(vec![Item::Truth(1)])),
+            "int8" | "uint8" | "byte" | "char" => 1,
+            "int16" | "uint16" => 2,
+            "int32" | "uint32" | "float32" => 4,
+            "int64" | "uint64" | "float64" | "time" | "duration" => 8,
+            "string" => return Ok(Layout(vec![Item::Array(Layout(vec![Item::Fixed(1)]))])),
+            _ => {
+                if depth == DEPTH_MAX {
+                    return Err(LayoutError::Recursive(kind.into()));
+                }
+                let found = self.find(kind, package);
+                let (name, text) = found.ok_or_else(|| LayoutError::UnknownType(kind.into()))?;
+                let package = name.split('/').next().unwrap_or_default();
+                return self.message(text, package, depth + 1);
+            }
+        };
+        Ok(Layout(vec![Item::Fixed(size)]))
+    }
+
+    /// Finds `kind` by its full name, in the package of the message that uses it, or, as the text of the outermost message
+    /// does not say its package, by its last name alone.
+    fn find(&self, kind: &str, package: &str) -> Option<(&'a str, &'a str)> {
+        let types = &self.0;
+        let local = format!("{package}/{kind}");
+        let ending = format!("/{kind}");
+        let exact = types
+            .get_key_value(kind)
+            .or_else(|| types.get_key_value(local.as_str()));
+        let (name, text) =
+            exact.or_else(|| types.iter().find(|(name, _)| name.ends_with(&ending)))?;
+        Some((name, text))
+    }
 }
 
 enum Count {
@@ -94,46 +129,4 @@ fn split_array(kind: &str) -> Option<(&str, Count)> {
         Some((kind, "]")) => Some((kind, Count::Sent)),
         Some((kind, count)) => Some((kind, Count::Exactly(count.strip_suffix(']')?.parse().ok()?))),
     }
-}
-
-fn type_layout(
-    kind: &str,
-    package: &str,
-    types: &HashMap<&str, &str>,
-    depth: usize,
-) -> Result<Layout, LayoutError> {
-    let size = match kind {
-        "bool" => return Ok(Layout(vec![Item::Truth(1)])),
-        "int8" | "uint8" | "byte" | "char" => 1,
-        "int16" | "uint16" => 2,
-        "int32" | "uint32" | "float32" => 4,
-        "int64" | "uint64" | "float64" | "time" | "duration" => 8,
-        "string" => return Ok(Layout(vec![Item::Array(Layout(vec![Item::Fixed(1)]))])),
-        _ => {
-            if depth == DEPTH_MAX {
-                return Err(LayoutError::Recursive(kind.into()));
-            }
-            let (name, text) = find_type(kind, package, types)
-                .ok_or_else(|| LayoutError::UnknownType(kind.into()))?;
-            let package = name.split('/').next().unwrap_or_default();
-            return message_layout(text, package, types, depth + 1);
-        }
-    };
-    Ok(Layout(vec![Item::Fixed(size)]))
-}
-
-/// Finds `kind` by its full name, in the package of the message that uses it, or, as the text of the outermost message
-/// does not say its package, by its last name alone.
-fn find_type<'a>(
-    kind: &str,
-    package: &str,
-    types: &HashMap<&'a str, &'a str>,
-) -> Option<(&'a str, &'a str)> {
-    let local = format!("{package}/{kind}");
-    let ending = format!("/{kind}");
-    let exact = types
-        .get_key_value(kind)
-        .or_else(|| types.get_key_value(local.as_str()));
-    let (name, text) = exact.or_else(|| types.iter().find(|(name, _)| name.ends_with(&ending)))?;
-    Some((name, text))
 }

@@ -213,10 +213,7 @@ impl Hand for Electric {
 
     fn hear(&mut self, state: ElectricState, now: Instant) {
         self.sender.hear(&state);
-        self.state = Some(Aged {
-            value: state,
-            received: now,
-        });
+        self.state = Some(Aged::new(state, now));
     }
 
     fn check(&self, now: Instant) -> Result<(), GraspError> {

@@ -37,10 +37,16 @@ pub fn refusal(command: &mut Command, code: i32) -> String {
     said
 }
 
+/// Paths with these names in a new folder.
+pub fn places<const N: usize>(names: [&str; N]) -> (tempfile::TempDir, [PathBuf; N]) {
+    let folder = tempfile::tempdir().unwrap();
+    let places = names.map(|name| folder.path().join(name));
+    (folder, places)
+}
+
 /// The folders of both shards of the quick dataset, of one that is still to be made, and of the whole.
 pub fn shards_and_whole(empty: &str) -> (tempfile::TempDir, [PathBuf; 4]) {
-    let folder = tempfile::tempdir().unwrap();
-    let folders = ["one", "two", empty, "whole"].map(|name| folder.path().join(name));
+    let (folder, folders) = places(["one", "two", empty, "whole"]);
     run(&format!("{QUICK} --shard 1/2"), &folders[0]);
     run(&format!("{QUICK} --shard 2/2"), &folders[1]);
     run(QUICK, &folders[3]);
