@@ -1,4 +1,4 @@
-//! Parameters that a user's files may still have here, though another node has them now.
+//! Parameters of another node that a user's file may set here by mistake.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};

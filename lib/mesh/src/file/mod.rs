@@ -96,15 +96,15 @@ pub enum FileError {
     Empty {
         /// The file.
         path: PathBuf,
-        /// Number of vertices that are not.
+        /// Number of vertices that were left out because they are no measurements.
         dropped: Dropped,
     },
-    /// A face's corner that is NaN or infinite, or any coordinate that is once it is in metres.
+    /// A vertex of a face that is NaN or infinite, or a coordinate that becomes infinite when it is converted to metres.
     #[error("{}: {vertex}; remove faces of vertices that are not finite", path.display())]
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// The first of them.
+        /// The first such vertex.
         vertex: Unmeasured,
     },
     /// A unit that is not a positive number.

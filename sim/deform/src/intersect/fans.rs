@@ -55,7 +55,7 @@ impl Fans {
         let mut rounds = 0;
         for edge in fan {
             let front = of_triangle(edge);
-            // Far from the rounding of the product.
+            // A margin above the rounding error of the product.
             if front.dot(&normal) <= 1e-6 * front.norm() {
                 return false;
             }
