@@ -153,7 +153,7 @@ fn a_run_asked_to_stop_says_how_to_go_on() {
 
 #[test]
 fn meshes_that_were_removed_are_made_again() {
-    let (folder, [whole, robbed]) = places(["whole", "robbed"]);
+    let (_folder, [whole, robbed]) = places(["whole", "robbed"]);
     run(QUICK, &whole);
     run(QUICK, &robbed);
     fs::remove_file(robbed.join("tiny-ball/0003.ply")).unwrap();
