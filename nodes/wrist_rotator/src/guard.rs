@@ -8,6 +8,9 @@ use crate::monitor::Snapshot;
 use crate::parameters::{Parameters, Surroundings};
 use crate::refusal::{RATE_MIN_RAD_S, Refusal};
 
+/// Velocity from which on a joint counts as moving when a turn is to start, rad/s: well above what a resting joint reports.
+const MOVING_RAD_S: f64 = 0.1;
+
 /// The rules by which motion is refused.
 #[derive(Debug, Clone)]
 pub struct Guard {
@@ -57,7 +60,23 @@ impl Guard {
         if snapshot.other_publishers.is_none() {
             return Err(Refusal::PublishersUnknown);
         }
+        self.check_rest(snapshot)?;
         Ok(angles_rad)
+    }
+
+    /// A turn begins with a setpoint at the measured angles, which would be a jump back for an arm that moves.
+    fn check_rest(&self, snapshot: &Snapshot) -> Result<(), Refusal> {
+        let joints = snapshot.joints.iter();
+        let velocities = joints.map(|sample| sample.as_ref()?.value.velocity_rad_s);
+        for (joint, velocity_rad_s) in self.joint_names.into_iter().zip(velocities) {
+            if let Some(velocity_rad_s) = velocity_rad_s.filter(|rate| rate.abs() > MOVING_RAD_S) {
+                return Err(Refusal::StillMoving {
+                    joint,
+                    velocity_rad_s,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// May a motion go on? Then these are the measured angles, rad, in the robot's order. A master that does not answer is

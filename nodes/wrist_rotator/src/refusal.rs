@@ -39,6 +39,14 @@ pub enum Refusal {
         /// What was reported.
         angle_rad: f64,
     },
+    /// The arm has not come to rest: where it would be held is not known.
+    #[error("{joint} still moves at {velocity_rad_s:.2} rad/s: ask again when the arm rests")]
+    StillMoving {
+        /// Joint.
+        joint: &'static str,
+        /// Its velocity.
+        velocity_rad_s: f64,
+    },
     /// NaN or infinite target.
     #[error("target is {angle_rad} rad: ask for a finite angle")]
     TargetNotFinite {

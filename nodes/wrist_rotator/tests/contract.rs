@@ -12,8 +12,8 @@ use rand_pcg::Pcg64Mcg;
 use support::Bench;
 use wrist_rotator::{Motion, MotionError, Parameters, Step, Turn};
 
-/// Sequences, unless the environment variable SEQUENCES says otherwise: 10,000 after a change of the motion.
-const SEQUENCES: u64 = 1_000;
+/// Sequences, unless the environment variable SEQUENCES says otherwise.
+const SEQUENCES: u64 = 10_000;
 /// Length of a sequence, in ticks of 10 ms.
 const TICKS: u32 = 300;
 /// A tick brings something in one of so many cases.

@@ -358,3 +358,29 @@ fn a_commander_that_was_held_up_goes_on_from_rest() {
         assert!(violations.iter().all(unavoidable), "{violations:?}");
     }
 }
+
+/// A turn that ended without having seen the arm at rest, as on a starved computer.
+#[test]
+fn no_turn_starts_from_an_arm_that_still_moves() {
+    let mut bench = Bench::new();
+    let mut motion = bench.start(2.0);
+    for _ in 0..60 {
+        match motion.step(bench.monitor.snapshot(), bench.now) {
+            Step::Command(angles_rad) => bench.obey(angles_rad),
+            step => panic!("{step:?}"),
+        }
+        bench.tick();
+    }
+    let start = |bench: &Bench| {
+        Motion::start(
+            &Parameters::default(),
+            bench.monitor.snapshot(),
+            0.0,
+            bench.now,
+        )
+    };
+    let text = start(&bench).unwrap_err().to_string();
+    assert!(text.contains("left_w2 still moves at"), "{text}");
+    (0..50).for_each(|_| bench.tick());
+    assert!(start(&bench).is_ok());
+}

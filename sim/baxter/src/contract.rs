@@ -6,7 +6,7 @@ mod pauses;
 use std::collections::BTreeSet;
 
 use baxter::{JOINTS_PER_ARM, JointLimits, Side};
-use pauses::{pauses_s, period_s, readings};
+use pauses::{HOLD_S, pauses_s, period_s, readings};
 
 /// Largest rates of change of setpoints: rad/s, rad/s², rad/s³. Those within which `wrist_rotator` stops; on its way to a target
 /// it stays well below. The velocity is W2's 4 rad/s times the usual speed ratio of 0.3.
@@ -17,6 +17,8 @@ const RATE_SLACK: [f64; 3] = [1.1, 1.25, 1.5];
 const LET_GO_S: f64 = 0.2;
 /// Distance of a first setpoint from the arm, rad.
 const START_ERROR_MAX_RAD: f64 = 0.05;
+/// Distance from the arm within which a setpoint leaves it where it is, rad.
+const AT_ARM_RAD: f64 = 0.003;
 /// How long setpoints may come after something has come to forbid them, s: a period of the slowest topic that says so
 /// (0.1), the time in which the arm has to rest (0.25), and what a busy computer adds.
 const REACTION_S: f64 = 0.5;
@@ -31,6 +33,8 @@ pub(crate) struct Contract {
     limits: [JointLimits; JOINTS_PER_ARM],
     /// Setpoints and the times of their arrival, s, since the arm last rested without.
     sequence: Vec<(f64, Setpoint)>,
+    /// Where in it a commander may have begun anew: with the arm where it is, after a rest.
+    beginnings: Vec<usize>,
     /// What forbids motion, and since when, s.
     forbidden: Option<(&'static str, f64)>,
     /// Whether the robot itself ended the sequence, by not taking commands.
@@ -44,6 +48,7 @@ impl Contract {
             side,
             limits: side.joint_limits(),
             sequence: Vec::new(),
+            beginnings: Vec::new(),
             forbidden: None,
             cut: false,
             violations: BTreeSet::new(),
@@ -64,6 +69,9 @@ impl Contract {
     /// Notes a setpoint that arrives while the arm's true angles are `angles_rad`.
     pub fn receive(&mut self, setpoint: Setpoint, angles_rad: &[f64; JOINTS_PER_ARM], time_s: f64) {
         self.close_when_silent(time_s);
+        if self.begins_at_the_arm(&setpoint, angles_rad, time_s) {
+            self.beginnings.push(self.sequence.len());
+        }
         if let Some((reason, since_s)) = self.forbidden
             && time_s - since_s > REACTION_S
         {
@@ -105,6 +113,22 @@ impl Contract {
             .insert(format!("{} arm: {text}", self.side.name()));
     }
 
+    /// Whether a setpoint that comes after a rest leaves the arm where it is. That is elsewhere than the last setpoint where the
+    /// arm was blocked, or the robot took no commands.
+    fn begins_at_the_arm(
+        &self,
+        setpoint: &Setpoint,
+        angles_rad: &[f64; JOINTS_PER_ARM],
+        time_s: f64,
+    ) -> bool {
+        let last_s = self.sequence.last().map(|(last_s, _)| *last_s);
+        let is_at_arm = |(setpoint_rad, angle_rad): (&Option<f64>, &f64)| {
+            setpoint_rad.is_none_or(|setpoint_rad| (setpoint_rad - angle_rad).abs() < AT_ARM_RAD)
+        };
+        last_s.is_some_and(|last_s| time_s - last_s > HOLD_S)
+            && setpoint.iter().zip(angles_rad).all(is_at_arm)
+    }
+
     fn close_when_silent(&mut self, time_s: f64) {
         let last_s = self.sequence.last().map(|(last_s, _)| *last_s);
         if last_s.is_some_and(|last_s| time_s - last_s > LET_GO_S) {
@@ -115,28 +139,38 @@ impl Contract {
     /// Judges the setpoints since the arm last rested without.
     fn close(&mut self) {
         let sequence = std::mem::take(&mut self.sequence);
+        let beginnings = std::mem::take(&mut self.beginnings);
         let cut = std::mem::take(&mut self.cut);
-        let times_s: Vec<f64> = sequence.iter().map(|(time_s, _)| *time_s).collect();
-        let period_s = period_s(&times_s);
-        let pauses_s = pauses_s(&times_s, period_s);
         for joint in 0..JOINTS_PER_ARM {
-            let angles_rad: Option<Vec<f64>> = sequence
-                .iter()
-                .map(|(_, setpoint)| setpoint[joint])
-                .collect();
-            let Some(angles_rad) = angles_rad else {
+            let Some(excess) = against_contract(&sequence, joint, !cut) else {
                 continue;
             };
-            // In doubt for the commander: against the contract is what no reading of its pauses makes smooth.
-            let readings = readings(&angles_rad, &pauses_s, period_s);
-            let excesses: Option<Vec<String>> = readings
-                .map(|held_rad| excess(held_rad, !cut, period_s))
-                .collect();
-            if let Some(first) = excesses.and_then(|excesses| excesses.into_iter().next()) {
-                self.violate(format!("{} {first}", self.name(joint)));
+            let ends = beginnings.iter().copied().chain([sequence.len()]);
+            let mut parts = std::iter::once(0)
+                .chain(beginnings.iter().copied())
+                .zip(ends);
+            let is_against = |(from, to): (usize, usize)| {
+                against_contract(&sequence[from..to], joint, !cut).is_some()
+            };
+            if beginnings.is_empty() || parts.any(is_against) {
+                self.violate(format!("{} {excess}", self.name(joint)));
             }
         }
     }
+}
+
+/// What is against the contract in a joint's setpoints, whichever way the commander's pauses are read: doubts count for it.
+fn against_contract(sequence: &[(f64, Setpoint)], joint: usize, must_rest: bool) -> Option<String> {
+    let angles_rad = sequence.iter().map(|(_, setpoint)| setpoint[joint]);
+    let angles_rad: Vec<f64> = angles_rad.collect::<Option<_>>()?;
+    let times_s: Vec<f64> = sequence.iter().map(|(time_s, _)| *time_s).collect();
+    let period_s = period_s(&times_s);
+    let pauses_s = pauses_s(&times_s, period_s);
+    let readings = readings(&angles_rad, &pauses_s, period_s);
+    let excesses: Option<Vec<String>> = readings
+        .map(|held_rad| excess(held_rad, must_rest, period_s))
+        .collect();
+    excesses?.into_iter().next()
 }
 
 /// The first rate of change beyond its limit, in words. A sequence that `must_rest` has to come to rest at its end.

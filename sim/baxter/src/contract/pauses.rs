@@ -3,7 +3,7 @@
 use super::{RATE_SLACK, RATES_MAX};
 
 /// Pause between two setpoints after which the arm has come to rest in between, and has to be moved from rest, s and periods.
-const HOLD_S: f64 = 0.08;
+pub(super) const HOLD_S: f64 = 0.08;
 const HOLD_PERIODS: f64 = 8.0;
 /// Pause after which a commander may take the arm for resting, and begin from rest, periods.
 const PAUSE_PERIODS: f64 = 2.5;

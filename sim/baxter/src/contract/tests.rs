@@ -64,3 +64,36 @@ fn what_forbids_motion_ends_it() {
         ["left arm: commanded although the cuff is held"]
     );
 }
+
+/// The robot forgets its last setpoint while the cuff is held, and the arm comes to rest behind it.
+#[test]
+fn after_a_cuff_was_held_the_next_motion_begins_where_the_arm_is() {
+    let begin = |pause_s: f64| {
+        let mut contract = Contract::new(Side::Left);
+        let mut time_s = 1.0;
+        let setpoint = |angle_rad: f64| {
+            let mut setpoint = Setpoint::default();
+            setpoint[6] = Some(angle_rad);
+            setpoint
+        };
+        let mut arm_rad = [0.0; JOINTS_PER_ARM];
+        for angle_rad in &smooth()[..50] {
+            contract.receive(setpoint(*angle_rad), &arm_rad, time_s);
+            arm_rad[6] = *angle_rad;
+            time_s += 0.01;
+        }
+        contract.forbid(Some("the cuff is held"), false, time_s);
+        arm_rad[6] -= 0.025;
+        time_s += pause_s;
+        contract.forbid(None, true, time_s);
+        for _ in 0..20 {
+            contract.receive(setpoint(arm_rad[6]), &arm_rad, time_s);
+            time_s += 0.01;
+        }
+        contract.forbid(None, true, time_s + 1.0);
+        contract.take_violations().join("; ")
+    };
+    assert_eq!(begin(0.15), "");
+    let text = begin(0.02);
+    assert!(text.contains("left_w2 is not smooth"), "{text}");
+}
