@@ -110,7 +110,7 @@ pub fn all() -> Vec<Curve> {
         ),
         Curve::in_mm(
             "One flank is missing",
-            [0.0; 2],
+            in_mm(trained.flank_lost_m),
             &[2.0, 4.0, 6.0, 8.0, 12.0],
             Shift::Flank,
         ),
