@@ -1,4 +1,5 @@
-//! Writes ONNX model files: a small float32 graph, its constants and its metadata.
+//! Writes ONNX model files: a small float32 graph, its constants and its metadata. Reads back and changes those that it
+//! wrote.
 //!
 //! Only what a small network needs is here. A model is built node by node and then encoded:
 //!
@@ -14,8 +15,13 @@
 //! let bytes = model.encode();
 //! # assert!(!bytes.is_empty());
 //! ```
+//!
+//! [`ModelBuilder::decode`] goes on with a file's model, as to put other numbers into its constants.
 
+mod change;
 mod proto;
+
+pub use change::DecodeError;
 
 use prost::Message;
 use proto::{

@@ -5,6 +5,7 @@
 //! so a model and the clouds that it was trained on cannot drift apart.
 
 mod error;
+mod extractor;
 mod metadata;
 mod model;
 mod preprocess;
@@ -14,6 +15,7 @@ mod session;
 mod shipped;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError};
+pub use extractor::Extractor;
 pub use metadata::{Centring, ModelMetadata};
 pub use model::{Answer, CERTAIN_PROBABILITY, MAX_MODEL_BYTES, Model, Timing, is_known};
 pub use preprocess::{preprocess, preprocess_parts};

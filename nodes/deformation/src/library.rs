@@ -2,20 +2,28 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
-use mesh::Mesh;
 use mesh::file::{self, FileError, MILLIMETRE};
 
 use crate::reference::{Reference, ReferenceError};
 
 /// Undeformed objects by label.
 ///
-/// Each is prepared when it is first asked for.
+/// Each is prepared when it is first asked for, and again when its file has changed. A file that is put into the folder
+/// later is found, too.
 pub struct Library {
-    files: BTreeMap<String, PathBuf>,
-    prepared: Mutex<BTreeMap<String, Arc<Reference>>>,
+    folder: PathBuf,
+    prepared: Mutex<BTreeMap<String, Prepared>>,
+}
+
+/// A reference, and when its file was written.
+struct Prepared {
+    reference: Arc<Reference>,
+    written: Option<SystemTime>,
 }
 
 /// No reference for a label.
@@ -59,31 +67,17 @@ impl Library {
     /// # Errors
     /// [`LibraryError::Folder`].
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, LibraryError> {
-        let folder = folder.as_ref();
-        let mut files = BTreeMap::new();
-        if folder != Path::new("") {
-            let in_folder = |source| LibraryError::Folder {
-                path: folder.to_owned(),
-                source,
-            };
-            for entry in std::fs::read_dir(folder).map_err(in_folder)? {
-                let path = entry.map_err(in_folder)?.path();
-                let extension = path.extension().and_then(OsStr::to_str);
-                let is_mesh = matches!(extension, Some("ply" | "obj"));
-                if let (true, Some(label)) = (is_mesh, path.file_stem().and_then(OsStr::to_str)) {
-                    files.insert(label.to_owned(), path);
-                }
-            }
-        }
-        Ok(Self {
-            files,
+        let library = Self {
+            folder: folder.as_ref().to_owned(),
             prepared: Mutex::default(),
-        })
+        };
+        library.files()?;
+        Ok(library)
     }
 
-    /// Labels that have a reference.
-    pub fn labels(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
+    /// Labels that have a reference now, in alphabetical order.
+    pub fn labels(&self) -> Vec<String> {
+        self.files().unwrap_or_default().into_keys().collect()
     }
 
     /// The reference of a label.
@@ -91,17 +85,23 @@ impl Library {
     /// # Errors
     /// There is none, or it cannot be used.
     pub fn get(&self, label: &str) -> Result<Arc<Reference>, LibraryError> {
-        if let Some(reference) = self.prepared().get(label) {
-            return Ok(Arc::clone(reference));
+        let path = self.path(label)?;
+        let written = fs::metadata(&path).and_then(|file| file.modified()).ok();
+        if let Some(prepared) = self.prepared().get(label)
+            && prepared.written == written
+        {
+            return Ok(Arc::clone(&prepared.reference));
         }
         // Unlocked meanwhile: who asks for another one does not wait.
-        let (path, mesh) = self.read(label)?;
+        let mesh = file::read(&path, MILLIMETRE)?.mesh();
         let reference = Reference::new(path.display().to_string(), &mesh);
-        let reference = Arc::new(reference.map_err(unusable(path))?);
-        let mut prepared = self.prepared();
-        Ok(Arc::clone(
-            prepared.entry(label.to_owned()).or_insert(reference),
-        ))
+        let reference = Arc::new(reference.map_err(unusable(&path))?);
+        let prepared = Prepared {
+            reference: Arc::clone(&reference),
+            written,
+        };
+        self.prepared().insert(label.to_owned(), prepared);
+        Ok(reference)
     }
 
     /// Whether a label's file can serve; much quicker than [`Library::get`].
@@ -109,21 +109,41 @@ impl Library {
     /// # Errors
     /// There is none, or it cannot be used.
     pub fn check(&self, label: &str) -> Result<(), LibraryError> {
-        let (path, mesh) = self.read(label)?;
-        Reference::check(&mesh).map_err(unusable(path))
+        let path = self.path(label)?;
+        let mesh = file::read(&path, MILLIMETRE)?.mesh();
+        Reference::check(&mesh).map_err(unusable(&path))
     }
 
-    fn read(&self, label: &str) -> Result<(&Path, Mesh), LibraryError> {
-        let path = self
-            .files
-            .get(label)
+    fn path(&self, label: &str) -> Result<PathBuf, LibraryError> {
+        self.files()?
+            .remove(label)
             .ok_or_else(|| LibraryError::NoReference {
                 label: label.to_owned(),
-            })?;
-        Ok((path.as_path(), file::read(path, MILLIMETRE)?.mesh()))
+            })
     }
 
-    fn prepared(&self) -> MutexGuard<'_, BTreeMap<String, Arc<Reference>>> {
+    /// The folder's meshes by label.
+    fn files(&self) -> Result<BTreeMap<String, PathBuf>, LibraryError> {
+        let mut files = BTreeMap::new();
+        if self.folder == Path::new("") {
+            return Ok(files);
+        }
+        let in_folder = |source| LibraryError::Folder {
+            path: self.folder.clone(),
+            source,
+        };
+        for entry in fs::read_dir(&self.folder).map_err(in_folder)? {
+            let path = entry.map_err(in_folder)?.path();
+            let extension = path.extension().and_then(OsStr::to_str);
+            let is_mesh = matches!(extension, Some("ply" | "obj"));
+            if let (true, Some(label)) = (is_mesh, path.file_stem().and_then(OsStr::to_str)) {
+                files.insert(label.to_owned(), path);
+            }
+        }
+        Ok(files)
+    }
+
+    fn prepared(&self) -> MutexGuard<'_, BTreeMap<String, Prepared>> {
         self.prepared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -152,6 +172,8 @@ pub fn shipped_references() -> Result<PathBuf, LibraryError> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use mesh::Mesh;
+
     use super::*;
 
     fn folder_with(mesh: &Mesh) -> (tempfile::TempDir, Library) {
@@ -174,7 +196,7 @@ mod tests {
     #[test]
     fn a_file_is_the_reference_of_its_name() {
         let (_folder, library) = folder_with(&Mesh::cylinder(0.03, 0.0, 0.1, 64).subdivided());
-        assert_eq!(library.labels().collect::<Vec<_>>(), ["thing"]);
+        assert_eq!(library.labels(), ["thing"]);
         let reference = library.get("thing").unwrap();
         assert!(reference.id().ends_with("thing.ply"));
         assert!((reference.height_m() - 0.1).abs() < 1e-6);
@@ -223,6 +245,23 @@ mod tests {
         assert!(!refusal(&flat).is_empty());
         let (_folder, library) = folder_with(&open);
         assert!(library.check("thing").is_err());
+    }
+
+    #[test]
+    fn a_file_that_comes_later_or_changes_is_found() {
+        let can = |height_m| Mesh::cylinder(0.03, 0.0, height_m, 64).subdivided();
+        let (folder, library) = folder_with(&can(0.1));
+        library.get("thing").unwrap();
+        assert!(library.get("other").is_err());
+        file::write_ply(folder.path().join("other.ply"), &can(0.12)).unwrap();
+        assert!((library.get("other").unwrap().height_m() - 0.12).abs() < 1e-6);
+        file::write_ply(folder.path().join("thing.ply"), &can(0.08)).unwrap();
+        // As if it were written later than a file system's clock can tell.
+        let file = fs::File::open(folder.path().join("thing.ply")).unwrap();
+        let later = SystemTime::now() + std::time::Duration::from_secs(2);
+        file.set_modified(later).unwrap();
+        assert!((library.get("thing").unwrap().height_m() - 0.08).abs() < 1e-6);
+        assert_eq!(library.labels(), ["other", "thing"]);
     }
 
     #[test]

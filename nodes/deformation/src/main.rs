@@ -60,7 +60,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
 
 /// Says which references cannot be used. Each is prepared when it is first needed.
 fn check(library: &Library, health: &Health) {
-    let labels: Vec<&str> = library.labels().collect();
+    let labels = library.labels();
     let mut faults = Vec::new();
     for label in &labels {
         if let Err(error) = library.check(label) {

@@ -4,8 +4,8 @@ use anyhow::Result;
 use classifier::ModelMetadata;
 
 use crate::data::LabelledClouds;
-use crate::evaluation::calibration::{inverse_temperature, log_sum_exp};
-use crate::evaluation::confusion::{Confusion, threshold_keeping};
+use crate::evaluation::calibration::{inverse_temperature, log_sum_exp, threshold_keeping};
+use crate::evaluation::confusion::Confusion;
 use crate::evaluation::test_result::{Answered, TestResult};
 use crate::network::Network;
 use crate::training::passes::logits;

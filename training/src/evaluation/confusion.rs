@@ -65,13 +65,6 @@ fn share(part: u32, whole: u32) -> f64 {
     }
 }
 
-/// The threshold that `share_kept` of the values reach, for values from a validation set; 0 without values.
-pub fn threshold_keeping(mut values: Vec<f64>, share_kept: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let below = ((1.0 - share_kept) * values.len() as f64).floor() as usize;
-    values.get(below).copied().unwrap_or(0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,16 +79,5 @@ mod tests {
         assert_eq!(confusion.class_accuracies(), [2.0 / 3.0, 1.0]);
         assert!(confusion.table().starts_with("a     2     1   66.7 %"));
         assert_eq!(Confusion::new(&["a".to_owned()]).accuracy(), 0.0);
-    }
-
-    #[test]
-    fn a_threshold_keeps_its_share() {
-        let values: Vec<f64> = (0..100).map(f64::from).collect();
-        let threshold = threshold_keeping(values.clone(), 0.95);
-        assert_eq!(
-            values.iter().filter(|&&value| value >= threshold).count(),
-            95
-        );
-        assert_eq!(threshold_keeping(Vec::new(), 0.95), 0.0);
     }
 }

@@ -2,7 +2,6 @@
 
 pub(crate) mod answers;
 mod by_view;
-pub mod calibration;
 pub mod confusion;
 pub mod figures;
 mod known;
@@ -19,6 +18,7 @@ use classifier::{Model, ModelMetadata, Output, preprocess_parts};
 use serde::{Deserialize, Serialize};
 use sim_objects::{Difference, Instances};
 
+pub use adaptation::calibration;
 pub use by_view::DataTest;
 pub use known::Known;
 pub use origin::Origin;

@@ -1,5 +1,14 @@
 //! Calibration: probabilities that match the frequency of right answers.
 
+/// What is believed of a number before there is data, as if so many clouds had said so.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// The number.
+    pub value: f64,
+    /// How many clouds it counts for.
+    pub clouds: f64,
+}
+
 /// Temperature scaling (Guo et al. 2017): the factor 1/T of logits `[M][C]` that minimises the cross-entropy with the labels.
 /// 1 without clouds.
 ///
@@ -7,17 +16,28 @@
 /// targets are smoothed as in Platt scaling (Platt 1999, Sec. 2.2): the label gets (M + 1) / (M + 2), and the rest is spread
 /// over the other classes.
 pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
+    let nothing = Prior {
+        value: 1.0,
+        clouds: 0.0,
+    };
+    inverse_temperature_near(logits, labels, nothing)
+}
+
+/// The same where the factor was another one before: its logarithm is normally distributed about that one's, and so
+/// narrowly that the clouds of the prior count as much as others. That of the prior without clouds.
+pub fn inverse_temperature_near(logits: &[Vec<f32>], labels: &[usize], prior: Prior) -> f64 {
     let others_share = 1.0 / (logits.len() as f64 + 2.0);
     // The loss is convex in the factor, so its derivative has one zero, which bisection finds.
     let slope = |factor: f64| -> f64 {
         let pairs = logits.iter().zip(labels);
-        pairs
+        let of_clouds: f64 = pairs
             .map(|(logits, &label)| slope_of(logits, label, others_share, factor))
-            .sum()
+            .sum();
+        of_clouds + prior.clouds * (factor / prior.value).ln() / factor
     };
     let (mut low, mut high) = (0.05_f64, 20.0_f64);
     if logits.is_empty() {
-        return 1.0;
+        return prior.value;
     }
     for _ in 0..60 {
         let middle = (low * high).sqrt();
@@ -28,6 +48,23 @@ pub fn inverse_temperature(logits: &[Vec<f32>], labels: &[usize]) -> f64 {
         }
     }
     (low * high).sqrt()
+}
+
+/// The threshold that `share_kept` of the values reach, for values from a validation set; 0 without values.
+pub fn threshold_keeping(mut values: Vec<f64>, share_kept: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let below = ((1.0 - share_kept) * values.len() as f64).floor() as usize;
+    values.get(below).copied().unwrap_or(0.0)
+}
+
+/// The same where there was a threshold before: the mean of both, by the clouds that they count for.
+pub fn threshold_near(values: Vec<f64>, share_kept: f64, prior: Prior) -> f64 {
+    let count = values.len() as f64;
+    let total = count + prior.clouds;
+    if total == 0.0 {
+        return prior.value;
+    }
+    (count * threshold_keeping(values, share_kept) + prior.clouds * prior.value) / total
 }
 
 /// Derivative of the cross-entropy of softmax(factor · logits) with respect to the factor: the expected logit under these
@@ -120,6 +157,38 @@ mod tests {
             );
         }
         assert_eq!(inverse_temperature(&[], &[]), 1.0);
+    }
+
+    #[test]
+    fn a_prior_counts_for_its_clouds() {
+        let (logits, labels) = drawn(2.0, 5);
+        let near = |count: usize, clouds| {
+            let prior = Prior { value: 0.5, clouds };
+            inverse_temperature_near(&logits[..count], &labels[..count], prior)
+        };
+        assert_eq!(near(0, 100.0), 0.5);
+        assert!((near(20_000, 100.0) / 2.0 - 1.0).abs() < 0.1);
+        assert!((near(10, 1e6) / 0.5 - 1.0).abs() < 0.01);
+        let between = near(50, 50.0);
+        assert!((0.5..2.5).contains(&between), "{between}");
+        let prior = Prior {
+            value: 1.0,
+            clouds: 50.0,
+        };
+        let values: Vec<f64> = (0..50).map(f64::from).collect();
+        assert_eq!(threshold_near(values, 0.5, prior), 13.0);
+        assert_eq!(threshold_near(Vec::new(), 0.5, prior), 1.0);
+    }
+
+    #[test]
+    fn a_threshold_keeps_its_share() {
+        let values: Vec<f64> = (0..100).map(f64::from).collect();
+        let threshold = threshold_keeping(values.clone(), 0.95);
+        assert_eq!(
+            values.iter().filter(|&&value| value >= threshold).count(),
+            95
+        );
+        assert_eq!(threshold_keeping(Vec::new(), 0.95), 0.0);
     }
 
     #[test]
