@@ -48,8 +48,10 @@ def test_an_unknown_object_is_taught_while_the_graph_runs(launch, core, executab
     assert 'spool' not in before.labels and not before.known
 
     model = shelf / 'taught.onnx'
-    taught = json.loads(core.output(executable('teach'), 'spool', '--scan', spool, '--model', model, *FEW, '--load',
-                                    '--json', timeout_s=120))
+    printed = core.output(executable('teach'), 'spool', '--scan', spool, '--model', model, *FEW, '--load', '--json',
+                          timeout_s=120)
+    # What happens is said on stderr, before and after.
+    taught = json.loads(printed[printed.index('{'):printed.rindex('}') + 1])
     print(json.dumps(taught))
     assert taught['held_out']['right'] > 0.8
     measured = Listener('deformation', Deformation)
