@@ -23,6 +23,7 @@ class Board:
     def _draw(self, message):
         for marker in message.markers:
             key = (marker.ns, marker.id)
+            assert marker.header.frame_id, 'RViz would carry out a deletion without a frame before what came earlier'
             if marker.action == marker.DELETE:
                 self.markers.pop(key, None)
             else:

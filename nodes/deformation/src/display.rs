@@ -28,10 +28,13 @@ const BAR_CELLS: usize = 11;
 
 /// The whole picture of an answer; it wipes the one before.
 pub fn picture(answer: &Deformation, library: &Library) -> MarkerArray {
-    let mut markers = vec![Marker {
+    let mut wipe = Marker {
         action: i32::from(Marker::DELETEALL),
         ..Default::default()
-    }];
+    };
+    // RViz carries out a deletion without a frame at once, and what it was to delete is drawn after it.
+    wipe.header.frame_id.clone_from(&answer.header.frame_id);
+    let mut markers = vec![wipe];
     if answer.fits
         && let Ok(reference) = library.get(&answer.label)
         && let Some(object) = placement(answer)

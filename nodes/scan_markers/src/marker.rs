@@ -6,7 +6,7 @@ use msg::transform::from_point;
 use msg::visualization_msgs::{Marker, MarkerArray};
 use nalgebra::Point3;
 use scan_markers::Words;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Height of a letter, m.
 const LETTER_M: f64 = 0.04;
@@ -15,7 +15,8 @@ const LETTER_M: f64 = 0.04;
 #[derive(Default)]
 pub struct Board {
     drawn: BTreeMap<(String, i32), Marker>,
-    wiped: BTreeSet<(String, i32)>,
+    /// With the frames that they had: RViz carries out a deletion without a frame at once, and what it was to delete is drawn after it.
+    wiped: BTreeMap<(String, i32), String>,
     is_new: bool,
 }
 
@@ -50,8 +51,8 @@ impl Board {
             .collect();
         for key in keys {
             self.is_new = true;
-            self.drawn.remove(&key);
-            self.wiped.insert(key);
+            let frame = self.drawn.remove(&key).map(|marker| marker.header.frame_id);
+            self.wiped.insert(key, frame.unwrap_or_default());
         }
     }
 
@@ -62,11 +63,15 @@ impl Board {
 
     /// All markers, not only changes, so that the latched last message is the whole picture.
     fn message(&self) -> MarkerArray {
-        let wiped = self.wiped.iter().map(|(ns, id)| Marker {
-            ns: ns.clone(),
-            id: *id,
-            action: Marker::DELETE as i32,
-            ..Default::default()
+        let wiped = self.wiped.iter().map(|((ns, id), frame)| {
+            let mut marker = Marker {
+                ns: ns.clone(),
+                id: *id,
+                action: i32::from(Marker::DELETE),
+                ..Default::default()
+            };
+            marker.header.frame_id.clone_from(frame);
+            marker
         });
         MarkerArray {
             markers: wiped.chain(self.drawn.values().cloned()).collect(),
