@@ -176,7 +176,7 @@ impl Problem {
         let off = at - &self.start;
         let mut gradient = self.prior.component_mul(&off);
         let mut loss = 0.5 * gradient.dot(&off);
-        // Summed in order, so that the number of threads does not matter.
+        // Summed in a fixed order, so that the result does not depend on the number of threads.
         for (part, slope) in parts {
             loss += part;
             gradient += slope;

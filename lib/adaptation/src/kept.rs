@@ -103,7 +103,7 @@ pub struct Block {
     pub label: Option<String>,
     /// To fit the layers with.
     pub fit: FeatureRows,
-    /// Of other specimens: to find temperature and threshold with.
+    /// Features of other specimens, for calibration: the temperature and the threshold of the known score are fitted to them.
     pub check: FeatureRows,
 }
 

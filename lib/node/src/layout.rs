@@ -32,7 +32,8 @@ enum Item {
 }
 
 impl Layout {
-    /// Checks that `bytes` begin with a message of this layout, and makes each `bool` in it 0 or 1.
+    /// Checks that `bytes` start with a valid serialised message of this layout. Also sets each `bool` in it to 0 or 1, since another value
+    /// would be undefined behaviour in Rust.
     ///
     /// # Errors
     /// The bytes end before the message does, or a length in it exceeds its limit.

@@ -16,7 +16,7 @@
 //! # assert!(!bytes.is_empty());
 //! ```
 //!
-//! [`ModelBuilder::decode`] goes on with a file's model, as to put other numbers into its constants.
+//! [`ModelBuilder::decode`] reads an existing model, so that it can be changed: for example, its weights can be replaced.
 
 mod change;
 mod proto;

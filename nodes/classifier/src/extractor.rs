@@ -19,7 +19,7 @@ pub struct Extractor {
 }
 
 impl Extractor {
-    /// Of a model's bytes that declare `output`, float32 `[B, F]`. `path` is named in errors.
+    /// An extractor for the ONNX model in `bytes`, whose graph has an output named `output`: float32, shape `[B, F]`. Errors name `path`.
     ///
     /// # Errors
     /// ONNX Runtime is missing, or refuses the bytes.
@@ -41,7 +41,8 @@ impl Extractor {
         })
     }
 
-    /// The output for `input`, `[B, 3 or 6, N]` as from [`crate::preprocess`]: `[B, F]`, row-major.
+    /// Runs the network on a batch of clouds, shape `[B, 3, N]` (with normals `[B, 6, N]`), as [`crate::preprocess`] makes them. Returns the
+    /// features, shape `[B, F]`, row-major.
     ///
     /// # Errors
     /// The network failed.

@@ -4,7 +4,7 @@ use baxter::{Silence, StateRefusal};
 
 use crate::parameters::Surroundings;
 
-/// Slowest rate of a turn, rad/s: below it a joint's velocity is that of rest.
+/// Slowest rate of a turn that may be asked for, rad/s. A slower joint cannot be told from one at rest by its measured velocity.
 pub(crate) const RATE_MIN_RAD_S: f64 = 0.05;
 
 /// Why the arm must not move.

@@ -112,7 +112,8 @@ impl Topics<'_> {
         self.on("/robot/head/command_head_pan", turn)
     }
 
-    /// Private topics that a real robot has no counterpart for: what people and things do to it.
+    /// Private topics that exist only in simulation. They stand for what people and obstacles do to the robot: emergency stop, cuff,
+    /// collision.
     fn mishaps(&mut self) -> anyhow::Result<()> {
         let (clock, publishing) = (self.simulation.clone(), self.simulation.clone());
         let silence = move |what: std_msgs::String| publishing.silence(what.data);

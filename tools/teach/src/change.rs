@@ -6,10 +6,11 @@ use adaptation::features_path;
 use anyhow::{Context, Result, bail, ensure};
 use sim_dataset::folder::REFERENCES;
 
+use crate::adapt::calibrated;
 use crate::history::{Did, Step};
 use crate::object::check_label;
 use crate::stored::{Beside, Stored, copy_path, write_together};
-use crate::teach::{calibrated, references_for};
+use crate::teach::references_for;
 
 /// Removes an object from a model. Its reference stays, for going back.
 ///

@@ -3,6 +3,7 @@
 //! [`teach::teach`] does all of it. [`stored::Stored`] is a model with its features and its history, which [`change`] changes
 //! without an object.
 
+pub mod adapt;
 pub mod change;
 pub mod graph;
 pub mod history;

@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use sim_objects::{ObjectClass, random_solid};
 use sim_scan::{ScanParameters, dented};
 
+use crate::adapt::KEPT_MAX;
 use crate::look::{Watch, features, to_learn};
 use crate::object::{Counts, load, specimens};
 use crate::progress::Progress;
 use crate::stored::{Unprepared, references_of};
-use crate::teach::KEPT_MAX;
 
 /// Strangers are of many kinds: so many times as many of them are looked at and kept.
 const STRANGERS: usize = 2;

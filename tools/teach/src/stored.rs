@@ -1,4 +1,4 @@
-//! A model with its features and history, as it lies in files.
+//! A model on disk: the ONNX file with its history, and the file of kept features beside it.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

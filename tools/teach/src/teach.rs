@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use adaptation::calibration::{Prior, inverse_temperature_near, log_sum_exp, threshold_near};
-use adaptation::{Block, FeatureRows, FitSettings, Head, fit};
+use adaptation::{Block, FeatureRows, FitSettings};
 use anyhow::{Context, Result, bail, ensure};
 use mesh::Mesh;
 use mesh::file::{MILLIMETRE, ply_bytes, read};
@@ -13,19 +12,13 @@ use serde::Serialize;
 use sim_dataset::digest::hex_digest;
 use sim_dataset::folder::REFERENCES;
 
+use crate::adapt::{Adapted, KEPT_MAX, adapt};
 use crate::history::{Did, HeldOut, Step, origin_of};
-use crate::judge::{Judge, Judged, Twin, held_out, logits, told_apart};
+use crate::judge::{Judge, Judged, Twin, held_out, told_apart};
 use crate::look::{Watch, features, features_of_samples, to_learn, to_measure};
 use crate::object::{Counts, check_label, extents_m, load, specimens};
 use crate::progress::Progress;
-use crate::stored::{Beside, Changed, Sizes, Stored};
-
-/// Most clouds of a label that are kept, to fit layers with and to check.
-pub const KEPT_MAX: [usize; 2] = [240, 120];
-/// So many clouds the temperature and the threshold of before count for.
-const PRIOR_CLOUDS: f64 = 200.0;
-/// Share of the clouds that the threshold of the known score accepts, as in training.
-const KNOWN_SHARE: f64 = 0.95;
+use crate::stored::{Beside, Sizes, Stored};
 
 /// What to teach.
 #[derive(Debug, Clone)]
@@ -61,7 +54,7 @@ pub struct Taught {
     pub reference: PathBuf,
     /// The new object, on dents and views that it was not taught with.
     pub held_out: HeldOut,
-    /// Share of the kept clouds of what was known before that is named rightly by the model of before and by the new one.
+    /// Accuracy on the kept clouds of the objects that were known before: of the old model, and of the new one.
     pub others_right: [f64; 2],
     /// What is hard to tell from it.
     pub twins: Vec<Twin>,
@@ -196,97 +189,6 @@ fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -
         doubt: object.doubt(),
         seconds,
     })
-}
-
-/// A model's new layers with what is fitted to them.
-#[derive(Debug, Clone)]
-pub struct Adapted {
-    /// The layers.
-    pub head: Head,
-    /// 1/T of the probabilities.
-    pub inverse_temperature: f64,
-    /// Threshold of the known score.
-    pub known_threshold: f64,
-    /// A block for each label in order, and one of strangers.
-    pub blocks: Vec<Block>,
-}
-
-impl Adapted {
-    /// With the step that led to it.
-    pub fn changed(self, step: Step) -> Changed {
-        Changed {
-            head: self.head,
-            inverse_temperature: self.inverse_temperature,
-            known_threshold: self.known_threshold,
-            blocks: self.blocks,
-            step,
-        }
-    }
-
-    /// What judges answers of these layers.
-    pub fn judge(&self) -> Judge<'_> {
-        Judge {
-            head: &self.head,
-            inverse_temperature: self.inverse_temperature,
-            known_threshold: self.known_threshold,
-        }
-    }
-}
-
-/// Fits the layers of a model to what it knows and one more class, and then temperature and threshold.
-///
-/// # Errors
-/// The features have no strangers.
-pub fn adapt(
-    stored: &Stored,
-    new: Block,
-    settings: &FitSettings,
-    go_on: impl FnMut(usize) -> bool,
-) -> Result<Adapted> {
-    let mut blocks = stored.kept.blocks.clone();
-    let strangers = blocks.pop().filter(|block| block.label.is_none());
-    let strangers = strangers.context("the features beside the model have no strangers")?;
-    blocks.push(new);
-    let rows: Vec<FeatureRows> = blocks.iter().map(|block| block.fit.clone()).collect();
-    let head = fit(
-        &stored.head.with_class(),
-        &rows,
-        &strangers.fit,
-        settings,
-        go_on,
-    );
-    blocks.push(strangers);
-    Ok(calibrated(stored, head, blocks))
-}
-
-/// Layers with temperature and threshold as their check clouds and those of before have it.
-pub fn calibrated(stored: &Stored, head: Head, blocks: Vec<Block>) -> Adapted {
-    let (mut all, mut labels) = (Vec::new(), Vec::new());
-    let known = blocks.iter().filter(|block| block.label.is_some());
-    for (class, block) in known.enumerate() {
-        let logits = logits(&head, &block.check);
-        labels.extend(std::iter::repeat_n(class, logits.len()));
-        all.extend(logits);
-    }
-    let prior = |value| Prior {
-        value,
-        clouds: PRIOR_CLOUDS,
-    };
-    let scores = all.iter().map(|logits| log_sum_exp(logits)).collect();
-    Adapted {
-        inverse_temperature: inverse_temperature_near(
-            &all,
-            &labels,
-            prior(stored.inverse_temperature),
-        ),
-        known_threshold: threshold_near(
-            scores,
-            KNOWN_SHARE,
-            prior(stored.metadata.known_threshold),
-        ),
-        head,
-        blocks,
-    }
 }
 
 struct Measured {

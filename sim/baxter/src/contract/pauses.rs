@@ -2,7 +2,8 @@
 
 use super::{RATE_SLACK, RATES_MAX};
 
-/// Pause between two setpoints after which the arm has come to rest in between, and has to be moved from rest, s and periods.
+/// A pause between two setpoints longer than both of these means that the arm came to rest: the next motion has to start with zero
+/// velocity. In s, and in periods of the commander.
 pub(super) const HOLD_S: f64 = 0.08;
 const HOLD_PERIODS: f64 = 8.0;
 /// Pause after which a commander may take the arm for resting, and begin from rest, periods.

@@ -20,11 +20,11 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use sim_objects::{ObjectClass, Stranger};
 use sim_scan::{ScanParameters, dented};
+use teach::adapt::{Adapted, KEPT_MAX, adapt, calibrated};
 use teach::judge::{Judge, Judged};
 use teach::look::{Watch, features, features_of_samples, to_learn, to_measure};
 use teach::object::{Counts, load, specimens};
 use teach::stored::Stored;
-use teach::teach::{Adapted, KEPT_MAX, adapt, calibrated};
 
 #[derive(Debug, Parser)]
 struct Arguments {
