@@ -16,7 +16,7 @@ pub use ended::{ConstantPart, Ended, MotionError};
 /// What to do at a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step {
-    /// Publish these angles, rad, in the robot's order.
+    /// Publish these angles, rad, in the robot's order, if [`Motion::may_send`] agrees.
     Command([f64; JOINTS_PER_ARM]),
     /// Publish nothing, and ask again: the arm comes to rest.
     Wait,
@@ -55,6 +55,8 @@ pub struct Motion {
     constant: Option<ConstantPart>,
     /// Angles held by the other joints, rad.
     held_rad: [f64; JOINTS_PER_ARM],
+    /// W2 in the command before the last one, rad.
+    before_rad: f64,
     joint: &'static str,
     target_rad: f64,
     following_error_max_rad: f64,
@@ -116,6 +118,7 @@ impl Motion {
             arrival: Arrival::new(target_rad, tolerance_rad, rest_velocity_rad_s, dwell),
             rest: Arrival::anywhere(rest_velocity_rad_s, dwell),
             constant: None,
+            before_rad: held_rad[W2],
             held_rad,
             joint: parameters.side.joint_names()[W2],
             target_rad,
@@ -239,7 +242,22 @@ impl Motion {
         Ok(())
     }
 
+    /// Whether the command of the last [`Motion::step`] may still be sent at `now`. If this computer did not get to run since
+    /// that step, the robot has stopped at the command before, and this one, at speed, would be a jump: it is taken back, and
+    /// the motion goes on from rest.
+    pub fn may_send(&mut self, now: Instant) -> bool {
+        let is_prompt = now.saturating_duration_since(self.last_tick) <= self.stall;
+        if !is_prompt {
+            self.setpoints.rest_at(self.before_rad);
+            if matches!(self.phase, Phase::Turning) {
+                self.phase = Phase::Held;
+            }
+        }
+        is_prompt
+    }
+
     fn command(&mut self) -> Step {
+        self.before_rad = self.setpoints.now().angle_rad;
         let mut angles_rad = self.held_rad;
         angles_rad[W2] = self.setpoints.advance().angle_rad;
         Step::Command(angles_rad)

@@ -230,19 +230,22 @@ impl Rotator {
 
     /// One tick of the motion; the end, if this was the last.
     fn step(&self, motion: &mut Motion) -> Option<Ended> {
-        let now = Instant::now();
-        let step = motion.step(self.monitor().snapshot(), now);
+        let step = {
+            // The clock is read once the lock is held, which may take long on a busy computer.
+            let monitor = self.monitor();
+            motion.step(monitor.snapshot(), Instant::now())
+        };
         match step {
             Step::Ended(ended) => return Some(ended),
-            Step::Wait => {}
-            Step::Command(angles_rad) => {
+            Step::Command(angles_rad) if motion.may_send(Instant::now()) => {
                 self.command.send(JointCommand {
                     mode: JointCommand::POSITION_MODE,
                     command: angles_rad.to_vec(),
                     names: self.joint_names.clone(),
                 });
-                self.monitor().commanded(angles_rad, now);
+                self.monitor().commanded(angles_rad, Instant::now());
             }
+            Step::Command(_) | Step::Wait => {}
         }
         None
     }

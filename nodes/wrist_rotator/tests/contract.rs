@@ -47,6 +47,9 @@ struct World {
     jammed: bool,
     /// Ticks for which the commander has no processor.
     stalled: u32,
+    /// Ticks for which the commander will not run once it has its next command, before it sends that.
+    preempted: u32,
+    unsent: Option<[f64; 7]>,
     /// Ticks for which commands and messages are held up on the way.
     delayed: u32,
     held_up: Vec<[f64; 7]>,
@@ -73,6 +76,8 @@ impl World {
             motion: None,
             jammed: false,
             stalled: 0,
+            preempted: 0,
+            unsent: None,
             delayed: 0,
             held_up: vec![],
             ended: None,
@@ -109,7 +114,17 @@ impl World {
         let Some(motion) = &mut self.motion else {
             return;
         };
+        if let Some(angles_rad) = self.unsent.take()
+            && motion.may_send(self.bench.now)
+        {
+            self.bench.monitor.commanded(angles_rad, self.bench.now);
+            self.held_up.push(angles_rad);
+        }
         match motion.step(self.bench.monitor.snapshot(), self.bench.now) {
+            Step::Command(angles_rad) if self.preempted > 0 => {
+                self.stalled = std::mem::take(&mut self.preempted);
+                self.unsent = Some(angles_rad);
+            }
             Step::Command(angles_rad) => {
                 self.bench.monitor.commanded(angles_rad, self.bench.now);
                 self.held_up.push(angles_rad);
@@ -126,6 +141,7 @@ impl World {
                 }
                 self.turns[1] += u64::from(ended.result.is_ok());
                 self.motion = None;
+                self.preempted = 0;
                 self.ended = None;
             }
         }
@@ -201,6 +217,14 @@ impl World {
                 let stamp = self.bench.stamp;
                 self.bench.stamp = if coin { stamp + jump } else { stamp - jump };
                 format!("clock jump of {jump:?}, ahead: {coin}")
+            }
+            13 if self.motion.is_some() && self.random.random_bool(0.3) => {
+                self.preempted = self.random.random_range(1..if coin { 60 } else { 10 });
+                self.ended = None;
+                format!(
+                    "no processor for {} ticks before the next command is sent",
+                    self.preempted
+                )
             }
             13 => {
                 self.stalled = self.random.random_range(1..if coin { 60 } else { 10 });

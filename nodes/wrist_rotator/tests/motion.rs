@@ -359,6 +359,29 @@ fn a_commander_that_was_held_up_goes_on_from_rest() {
     }
 }
 
+/// Preempted between a step and the sending of its command.
+#[test]
+fn a_command_that_was_held_up_before_it_was_sent_is_no_jump() {
+    for held_up_ticks in [2, 4, 9, 14] {
+        let mut bench = Bench::new();
+        let mut motion = bench.start(1.5);
+        let (ended, _) = bench.carry_out(&mut motion, |bench, motion, elapsed_s| {
+            if (elapsed_s - 0.6).abs() < 1e-6 {
+                let step = motion.step(bench.monitor.snapshot(), bench.now);
+                let Step::Command(angles_rad) = step else {
+                    panic!("{step:?}")
+                };
+                (0..held_up_ticks).for_each(|_| bench.tick());
+                if motion.may_send(bench.now) {
+                    bench.obey(angles_rad);
+                }
+            }
+        });
+        assert!((ended.result.unwrap().angle_rad - 1.5).abs() < 0.0087);
+        assert_eq!(bench.violations(), NONE, "{held_up_ticks} ticks");
+    }
+}
+
 /// A turn that ended without having seen the arm at rest, as on a starved computer.
 #[test]
 fn no_turn_starts_from_an_arm_that_still_moves() {
