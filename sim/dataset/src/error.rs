@@ -3,9 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use arap::ArapError;
 use mesh::file::FileError;
 use sim_deform::DentError;
-use sim_deform::arap::ArapError;
 use sim_deform::grasp::GraspError;
 use sim_reconstruct::ReconstructError;
 

@@ -4,10 +4,10 @@ use mesh::Mesh;
 use nalgebra::Point3;
 
 use crate::Settings;
-use crate::arap::{Arap, ArapError, Grip, Stop};
 use crate::grasp::{Grasp, GraspError, Grasps, Lining};
 use crate::intersect::SelfIntersections;
 use crate::loss::{Loss, LossOfSource, LossWeightError};
+use arap::{Arap, ArapError, Grip, Stop};
 
 #[cfg(test)]
 mod tests;

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::arap::ArapSettings;
 use crate::grasp::GraspSettings;
 use crate::loss::LossWeights;
+use arap::ArapSettings;
 
 /// How an object is grasped and deformed, and how the deformation is rated.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anyhow::Context;
+use arap::{Arap, ArapError, ArapSettings, Deformed};
 use mesh::Mesh;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
-use sim_deform::arap::{Arap, ArapError, ArapSettings, Deformed};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,9 +1,9 @@
 use mesh::Mesh;
 use nalgebra::Point3;
 
-use super::super::{Arap, ArapError, ArapSettings};
 use super::{pinch, rims, tube};
 use crate::MeshFault;
+use crate::{Arap, ArapError, ArapSettings};
 
 fn refusal(mesh: &Mesh, held: &[u32]) -> ArapError {
     Arap::new(mesh, held, ArapSettings::default()).unwrap_err()

@@ -2,8 +2,8 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::super::cholesky::{Cholesky, order};
 use super::tube;
+use crate::cholesky::{Cholesky, order};
 use crate::one_ring::OneRings;
 
 /// The matrix with the same entries, dense.

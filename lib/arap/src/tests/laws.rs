@@ -1,9 +1,9 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::super::energy::Rotations;
-use super::super::minimise::{Places, State};
-use super::super::{Arap, ArapSettings, Stop};
 use super::{apart_m, pinch, rims, shuffled, tube};
+use crate::energy::Rotations;
+use crate::minimise::{Places, State};
+use crate::{Arap, ArapSettings, Stop};
 
 const AROUND: usize = 24;
 const RINGS: usize = 30;

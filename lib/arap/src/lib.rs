@@ -1,4 +1,5 @@
-//! As-rigid-as-possible deformation with smooth rotations (paper Eq. 1 to 3).
+//! As-rigid-as-possible deformation with smooth rotations (paper Eq. 1 to 3; Sorkine and Alexa, "As-rigid-as-possible surface
+//! modeling", SGP 2007).
 //!
 //! With w the mean cotangent of the angles opposite to an edge and S the source's surface area, a deformation has the
 //! vertex positions v' and rotations R that minimise
@@ -19,12 +20,14 @@ mod error;
 mod grip;
 mod handles;
 mod minimise;
+mod one_ring;
 mod source;
 
 pub use cholesky::FactorFault;
 pub use error::ArapError;
 pub use grip::{Deformed, Grip};
 pub use minimise::Stop;
+pub use one_ring::MeshFault;
 pub use source::{Arap, ArapSettings};
 
 #[cfg(test)]

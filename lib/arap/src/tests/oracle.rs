@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use mesh::Mesh;
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 
-use super::super::{Arap, ArapSettings};
 use super::{apart_m, pinch, rims, tube};
+use crate::{Arap, ArapSettings};
 
 struct Oracle {
     rest_m: Vec<Vector3<f64>>,

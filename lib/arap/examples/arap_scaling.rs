@@ -3,9 +3,9 @@
 use std::f32::consts::TAU;
 use std::time::Instant;
 
+use arap::{Arap, ArapSettings};
 use mesh::Mesh;
 use nalgebra::{Point3, Vector3};
-use sim_deform::arap::{Arap, ArapSettings};
 
 const VERTICES: [usize; 6] = [2_500, 5_000, 10_000, 25_000, 50_000, 100_000];
 const RADIUS_M: f32 = 0.033;
