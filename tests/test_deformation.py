@@ -54,7 +54,12 @@ def test_a_dent_is_measured_in_the_hand_and_an_undented_can_has_none(sim):
                   for offset in range(0, len(answer.cloud.data), answer.cloud.point_step)]
     assert min(value for value in deviations if value == value) < -0.5 * dent.depth
 
-    depths = sorted(f'{1000 * dent.depth:.0f} mm' for dent in answer.dents)
+    assert len(answer.shape) > 300 and max(answer.shape_triangles) < len(answer.shape) and answer.shape_rms < 0.003
+    for dent in answer.unseen_dents:
+        assert 0.002 < dent.depth < 0.02 and dent.depth_sigma <= 0.0025 and dent.area == 0
+    assert bool(answer.unseen_dents) != bool(answer.unseen_reason)
+
+    depths = sorted(f'{1000 * dent.depth:.0f} mm' for dent in [*answer.dents, *answer.unseen_dents])
 
     def shows_each_dent(picture):
         """Pictures of the running answers come before."""
@@ -75,6 +80,21 @@ def test_a_dent_is_measured_in_the_hand_and_an_undented_can_has_none(sim):
     answer = deformation_of(answers, sim.scan(views=4).result.scan_id)
     assert (answer.reason, answer.fits, answer.dents) == ('', True, []), answer.summary
     assert answer.summary.startswith('no dent') and 0.2 < answer.seen_share < 1
+    assert not answer.unseen_dents and not answer.shape and 'no dent is in sight' in answer.unseen_reason
+
+
+def test_without_synthesis_nothing_is_said_of_the_unseen_side(launch, tmp_path):
+    from deformable_cobot.msg import Deformation
+    config = shutil.copytree(REFERENCES.parent, tmp_path / 'config')
+    (config / 'deformation.yaml').write_text('synthesis: false\n')
+    graph = launch('sim.launch', config=config)
+    graph.wait_for_service('scan_object', timeout_s=60)
+    graph.wait_for_service('measure_deformation', timeout_s=60)
+    answers = Listener('deformation', Deformation)
+    graph.hold('medium-can', **DENTED)
+    answer = deformation_of(answers, graph.scan(views=4).result.scan_id)
+    assert answer.dents and not answer.unseen_dents and not answer.shape
+    assert 'switched off' in answer.unseen_reason and 'unseen' not in answer.summary
 
 
 def test_an_empty_hand_has_no_dents_and_says_why(sim):

@@ -46,7 +46,7 @@ def check(page, printed):
     browser_picture(after, 'page_turned.png')
     assert page.count(after, DRAWN) > 5000 and after != before, 'it turns'
     boxes = "document.querySelectorAll('#clouds input')"
-    assert page.evaluate(f'{boxes}.length') == 4, 'the object and three views'
+    assert page.evaluate(f'{boxes}.length') == 5, 'the object, three views and the synthesised shape'
     page.evaluate(f'{boxes}[1].click()')
     assert page.count(page.picture(), DRAWN) > page.count(after, DRAWN), 'a view is shown on request'
     assert page.errors == []

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Parser;
 use common::score::{Row, Table, csv};
-use common::{Case, references};
+use common::{Case, Pads, references};
 
 /// Truth table of deformations.
 #[derive(Debug, Parser)]
@@ -23,6 +23,9 @@ struct Arguments {
     /// Seed of the first; the next one's is one more
     #[arg(long, default_value_t = 60_000)]
     seed: u64,
+    /// Only one of the gripper's pads presses
+    #[arg(long)]
+    one_sided: bool,
 }
 
 fn main() -> Result<()> {
@@ -32,8 +35,8 @@ fn main() -> Result<()> {
     let mut rows = Vec::new();
     for number in 0..arguments.scans {
         let path = arguments.folder.join(format!("{number:03}.json"));
-        let case = case(&path, number, arguments.seed)
-            .with_context(|| format!("scan {}", path.display()))?;
+        let case =
+            case(&path, number, &arguments).with_context(|| format!("scan {}", path.display()))?;
         let Some(case) = case else { continue };
         let reference = references
             .get(case.class.as_str())
@@ -50,11 +53,16 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn case(path: &Path, number: usize, seed: u64) -> Result<Option<Case>> {
+fn case(path: &Path, number: usize, arguments: &Arguments) -> Result<Option<Case>> {
     if path.exists() {
         return Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?);
     }
-    let case = Case::numbered(number, seed)?;
+    let pads = if arguments.one_sided {
+        Pads::One
+    } else {
+        Pads::Both
+    };
+    let case = Case::numbered(number, arguments.seed, pads)?;
     std::fs::write(path, serde_json::to_string(&case)?)?;
     Ok(case)
 }

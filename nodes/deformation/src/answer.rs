@@ -8,6 +8,7 @@ use crate::fit::{Fit, Placement, fit};
 use crate::observation::Observation;
 use crate::parameters::Parameters;
 use crate::reference::Reference;
+use crate::synthesis::{Synthesis, Unsaid, synthesise};
 
 /// How an object differs from its reference.
 #[derive(Debug, Clone)]
@@ -31,6 +32,8 @@ pub struct Measured {
     /// Deviation of each point of the cloud along the reference's normal, m, negative inside; NaN for what is not on the
     /// outer surface.
     pub deviations_m: Vec<f32>,
+    /// What the deformer says, fitted to the cloud; or why it does not.
+    pub synthesis: Result<Synthesis, Unsaid>,
 }
 
 impl Measured {
@@ -39,7 +42,23 @@ impl Measured {
         self.doubt.is_none()
     }
 
-    /// Of the deepest dent, m; 0 without one.
+    /// Dents of places that no camera saw.
+    pub fn unseen_dents(&self) -> &[Dent] {
+        match &self.synthesis {
+            Ok(synthesis) => &synthesis.unseen_dents,
+            Err(_) => &[],
+        }
+    }
+
+    /// Why there are none.
+    pub fn unsaid(&self) -> Option<&Unsaid> {
+        match &self.synthesis {
+            Ok(synthesis) => synthesis.unsaid.as_ref(),
+            Err(unsaid) => Some(unsaid),
+        }
+    }
+
+    /// Of the deepest dent that was seen, m; 0 without one.
     pub fn largest_depth_m(&self) -> f64 {
         self.dents.first().map_or(0.0, |dent| dent.depth_m)
     }
@@ -110,6 +129,7 @@ pub fn measure(
         None => dents::patches(reference, &field, parameters),
         Some(_) => Vec::new(),
     };
+    let synthesis = synthesise(reference, &field, &fit.placement, &patches, parameters);
     Ok(Measured {
         significance: significance.fold(0.0, f64::max),
         dents: patches
@@ -123,6 +143,7 @@ pub fn measure(
         undented_rms_m: field.rms_m,
         doubt,
         deviations_m: deviations(&field),
+        synthesis,
     })
 }
 

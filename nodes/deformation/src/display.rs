@@ -1,9 +1,9 @@
-//! The answer for RViz: the undeformed object as a ghost of dots, an arrow into each dent with its depth in words, and the scale of
+//! The answer for RViz: the undeformed object, or what analysis by synthesis has made of it, as a ghost of dots, an arrow into each dent with its depth in words, and the scale of
 //! the colours by which the cloud shows its deviation.
 
 use deformation::{Library, Placement, Reference};
 use msg::deformable_cobot::{Deformation, Dent};
-use msg::geometry_msgs::{Point, Pose, Quaternion, Vector3};
+use msg::geometry_msgs::{Point, Point32, Pose, Quaternion, Vector3};
 use msg::std_msgs::ColorRGBA;
 use msg::transform::{from_point, to_isometry};
 use msg::visualization_msgs::{Marker, MarkerArray};
@@ -15,6 +15,7 @@ const ARROW_M: f64 = 0.06;
 const LETTER_M: f64 = 0.02;
 const GHOST: [f32; 4] = [0.75, 0.8, 1.0, 0.35];
 const ARROW: [f32; 4] = [1.0, 0.25, 0.2, 1.0];
+const UNSEEN_ARROW: [f32; 4] = [1.0, 0.8, 0.3, 1.0];
 
 /// Deviations in m and colours at the ends of the scale: those of the display "Deviation" in config/scan.rviz.
 const SCALE: [(f64, [f32; 4]); 2] = [
@@ -43,8 +44,13 @@ pub fn picture(answer: &Deformation, library: &Library) -> MarkerArray {
         markers.extend(scale(answer, &reference, &object));
     }
     for (number, dent) in answer.dents.iter().enumerate() {
-        markers.push(arrow(answer, number, dent));
-        markers.push(words(answer, number, dent));
+        markers.push(arrow(answer, number, dent, ARROW));
+        markers.push(words(answer, number, dent, ARROW));
+    }
+    for (number, dent) in answer.unseen_dents.iter().enumerate() {
+        let number = answer.dents.len() + number;
+        markers.push(arrow(answer, number, dent, UNSEEN_ARROW));
+        markers.push(words(answer, number, dent, UNSEEN_ARROW));
     }
     MarkerArray { markers }
 }
@@ -61,10 +67,19 @@ fn ghost(answer: &Deformation, reference: &Reference, object: &Placement) -> Mar
     let cloud_from_object = object.object_from_cloud.inverse();
     let mut marker = blank(answer, "ghost", 0, Marker::POINTS, GHOST);
     (marker.scale.x, marker.scale.y) = (0.0015, 0.0015);
-    marker.points = reference
-        .outline()
-        .map(|place| from_point(&(cloud_from_object * object.in_object(&place))))
-        .collect();
+    if answer.shape.is_empty() {
+        let outline = reference.outline();
+        marker.points = outline
+            .map(|place| from_point(&(cloud_from_object * object.in_object(&place))))
+            .collect();
+    } else {
+        let vertex = |place: &Point32| Point3::new(place.x, place.y, place.z).cast();
+        marker.points = answer
+            .shape
+            .iter()
+            .map(|place| from_point(&vertex(place)))
+            .collect();
+    }
     marker
 }
 
@@ -109,8 +124,8 @@ fn scale(answer: &Deformation, reference: &Reference, object: &Placement) -> [Ma
     [bar, inside, outside]
 }
 
-fn arrow(answer: &Deformation, number: usize, dent: &Dent) -> Marker {
-    let mut marker = blank(answer, "dents", number, Marker::ARROW, ARROW);
+fn arrow(answer: &Deformation, number: usize, dent: &Dent, colour: [f32; 4]) -> Marker {
+    let mut marker = blank(answer, "dents", number, Marker::ARROW, colour);
     marker.scale = Vector3 {
         x: 0.004,
         y: 0.009,
@@ -120,8 +135,8 @@ fn arrow(answer: &Deformation, number: usize, dent: &Dent) -> Marker {
     marker
 }
 
-fn words(answer: &Deformation, number: usize, dent: &Dent) -> Marker {
-    let mut marker = blank(answer, "depths", number, Marker::TEXT_VIEW_FACING, ARROW);
+fn words(answer: &Deformation, number: usize, dent: &Dent, colour: [f32; 4]) -> Marker {
+    let mut marker = blank(answer, "depths", number, Marker::TEXT_VIEW_FACING, colour);
     marker.pose.position = outside(dent, ARROW_M + LETTER_M);
     marker.scale.z = LETTER_M;
     marker.text = format!("{:.0} mm", 1e3 * dent.depth);

@@ -14,7 +14,7 @@ use crate::reference::Reference;
 /// Rotation about the axes through the object's middle, translation, and relative width and height.
 const UNKNOWNS: usize = 8;
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
-type Step = SVector<f64, UNKNOWNS>;
+pub(crate) type Motion = SVector<f64, UNKNOWNS>;
 
 /// Pose and scale of the reference in the cloud's frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,7 +65,7 @@ const FINE_STEPS: usize = 12;
 const COARSE_POINTS: usize = 250;
 const FINE_POINTS: usize = 900;
 /// Spread of the sizes of one make.
-const SCALE_SIGMA: f64 = 0.006;
+pub(crate) const SCALE_SIGMA: f64 = 0.006;
 /// Noise of a point, m.
 const POINT_SIGMA_M: f64 = 0.0008;
 /// Neighbouring points err alike: so many count as one.
@@ -122,7 +122,7 @@ fn descend(
 #[derive(Default)]
 struct System {
     information: Information,
-    gradient: Step,
+    gradient: Motion,
     misfit: f64,
     placement_scales: [f64; 2],
 }
@@ -140,7 +140,6 @@ impl System {
             ..Self::default()
         };
         let cameras = cameras(seen, placement);
-        let middle = middle(reference);
         let weight_scale = 1.0 / (POINT_SIGMA_M * POINT_SIGMA_M * ALIKE);
         for point in points {
             let place = placement.on_reference(point);
@@ -153,18 +152,7 @@ impl System {
             system.misfit += (off_m / TRUNCATION_M).powi(2).min(1.0);
             let ratio = scale_m * scale_m / (scale_m * scale_m + off_m * off_m);
             let weight = weight_scale * ratio * ratio;
-            let turn = (place - middle).cross(&normal);
-            let wider = -(normal.x * place.x + normal.y * place.y);
-            let row = Step::from([
-                turn.x,
-                turn.y,
-                turn.z,
-                normal.x,
-                normal.y,
-                normal.z,
-                wider,
-                -normal.z * place.z,
-            ]);
+            let row = motion_row(reference, &place, &normal);
             system.information.syger(weight, &row, &row, 1.0);
             system.gradient -= row * (weight * off_m);
         }
@@ -173,7 +161,7 @@ impl System {
     }
 
     /// Information with what is known beforehand, so that every motion has some.
-    fn regular(&self, reference: &Reference) -> (Information, Step) {
+    fn regular(&self, reference: &Reference) -> (Information, Motion) {
         const TURN_SIGMA_RAD: f64 = 0.2;
         const SHIFT_SIGMA_M: f64 = 0.02;
         let (mut information, mut gradient) = (self.information, self.gradient);
@@ -192,23 +180,9 @@ impl System {
     }
 
     fn apply(&self, reference: &Reference, placement: &mut Placement) -> Option<()> {
-        const TURN_MAX_RAD: f64 = 0.3;
         let (information, gradient) = self.regular(reference);
         let step = information.cholesky()?.solve(&gradient);
-        let mut turn: Vector3<f64> = step.fixed_rows::<3>(0).into_owned();
-        if turn.norm() > TURN_MAX_RAD {
-            turn *= TURN_MAX_RAD / turn.norm();
-        }
-        let middle = Translation3::from(middle(reference).coords);
-        let motion = Translation3::from(step.fixed_rows::<3>(3).into_owned())
-            * middle
-            * UnitQuaternion::from_scaled_axis(turn)
-            * middle.inverse();
-        placement.object_from_cloud = motion * placement.object_from_cloud;
-        let scale_max = 5.0 * SCALE_SIGMA;
-        let log = |scale: f64, step: f64| (scale.ln() + step).clamp(-scale_max, scale_max).exp();
-        placement.width_scale = log(placement.width_scale, step[6]);
-        placement.height_scale = log(placement.height_scale, step[7]);
+        *placement = moved(reference, placement, &step);
         Some(())
     }
 
@@ -227,6 +201,41 @@ impl System {
         }
         [rotation, Vector3::from_fn(|axis, _| sigma(3 + axis))]
     }
+}
+
+/// A placement after a step of the unknowns that [`motion_row`] has.
+pub(crate) fn moved(reference: &Reference, placement: &Placement, step: &Motion) -> Placement {
+    const TURN_MAX_RAD: f64 = 0.3;
+    let mut turn: Vector3<f64> = step.fixed_rows::<3>(0).into_owned();
+    if turn.norm() > TURN_MAX_RAD {
+        turn *= TURN_MAX_RAD / turn.norm();
+    }
+    let middle = Translation3::from(middle(reference).coords);
+    let motion = Translation3::from(step.fixed_rows::<3>(3).into_owned())
+        * middle
+        * UnitQuaternion::from_scaled_axis(turn)
+        * middle.inverse();
+    let scale_max = 5.0 * SCALE_SIGMA;
+    let scaled = |scale: f64, step: f64| (scale.ln() + step).clamp(-scale_max, scale_max).exp();
+    Placement {
+        object_from_cloud: motion * placement.object_from_cloud,
+        width_scale: scaled(placement.width_scale, step[6]),
+        height_scale: scaled(placement.height_scale, step[7]),
+    }
+}
+
+/// How a point's distance from the reference changes with each unknown of a step.
+pub(crate) fn motion_row(
+    reference: &Reference,
+    place: &Point3<f64>,
+    normal: &Vector3<f64>,
+) -> Motion {
+    let turn = (place - middle(reference)).cross(normal);
+    let wider = -(normal.x * place.x + normal.y * place.y);
+    let higher = -normal.z * place.z;
+    Motion::from([
+        turn.x, turn.y, turn.z, normal.x, normal.y, normal.z, wider, higher,
+    ])
 }
 
 fn middle(reference: &Reference) -> Point3<f64> {

@@ -2,7 +2,7 @@
 //!
 //! [`measure`] lays a [`Reference`] into an object's cloud, robustly, so that dents and fingers do not pull it; takes each
 //! point's distance from it along its normals, in units of what the camera is uncertain by at that distance and angle;
-//! and gathers what lies significantly inside to [`Dent`]s.
+//! and gathers what lies significantly inside to [`Dent`]s. [`Synthesis`] adds what they say of places that no camera saw.
 
 mod answer;
 mod bottom;
@@ -16,6 +16,7 @@ mod parameters;
 mod reference;
 mod sites;
 mod starts;
+mod synthesis;
 mod words;
 
 pub use answer::{Dent, Doubt, Measured, measure};
@@ -24,3 +25,4 @@ pub use library::{Library, LibraryError, shipped_references};
 pub use observation::Observation;
 pub use parameters::Parameters;
 pub use reference::{Reference, ReferenceError};
+pub use synthesis::{Synthesis, Unsaid};

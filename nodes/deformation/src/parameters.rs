@@ -22,6 +22,8 @@ pub struct Parameters {
     pub area_min_m2: f64,
     /// Share of the surface below which nothing is said.
     pub seen_share_min: f64,
+    /// Whether the deformer is fitted to what was seen, and says what it can of what was not.
+    pub synthesis: bool,
 }
 
 impl Default for Parameters {
@@ -34,6 +36,7 @@ impl Default for Parameters {
             significance_min: 2.8,
             area_min_m2: 40e-6,
             seen_share_min: 0.1,
+            synthesis: true,
         }
     }
 }

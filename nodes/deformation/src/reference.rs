@@ -2,11 +2,13 @@
 
 use std::collections::HashSet;
 
+use arap::ArapError;
 use mesh::Mesh;
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 
 use crate::layer::{Layer, Sample, samples};
 use crate::sites::Sites;
+use crate::synthesis::Shell;
 
 /// An undeformed object, prepared for [`crate::measure`].
 ///
@@ -23,6 +25,8 @@ pub struct Reference {
     pub(crate) radius_m: f32,
     /// Turned about z it is the same.
     pub(crate) is_of_revolution: bool,
+    /// For analysis by synthesis; or why there is none.
+    pub(crate) shell: Result<Shell, ArapError>,
 }
 
 /// A mesh that cannot serve as a reference.
@@ -83,13 +87,15 @@ impl Reference {
             .partition(|sample| is_in_hollow(&all, sample));
         let radius_m = mean(outer.iter().map(|s| s.point.x.hypot(s.point.y)));
         let outer = Layer::new(outer).ok_or(ReferenceError::NoFaces)?;
+        let hollow = Layer::new(hollow);
         Ok(Self {
+            shell: Shell::new(&mesh, &outer, hollow.as_ref()),
             id: id.into(),
             sites: Sites::new(&outer, area_m2 as f32),
             is_of_revolution: is_of_revolution(&all),
             height_m: mesh.bounds().1.z,
             radius_m,
-            hollow: Layer::new(hollow),
+            hollow,
             outer,
         })
     }

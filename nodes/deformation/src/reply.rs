@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use deformation::{Dent, Library, Measured, Observation, Parameters, measure};
 use msg::deformable_cobot::{Deformation, Dent as DentMessage};
-use msg::geometry_msgs::Point;
+use msg::geometry_msgs::{Point, Point32};
 use msg::sensor_msgs::PointCloud2;
 use msg::timing;
 use msg::transform::{from_isometry, from_point, from_vector};
@@ -92,6 +92,21 @@ fn describe(reply: &mut Deformation, found: &Measured) {
     reply.significance = found.significance;
     reply.seen_share = found.seen_share;
     reply.undented_rms = found.undented_rms_m;
+    reply.unseen_dents = found.unseen_dents().iter().map(dent).collect();
+    reply.unseen_reason = found.unsaid().map(ToString::to_string).unwrap_or_default();
+    if let Ok(synthesis) = &found.synthesis {
+        reply.shape = synthesis.vertices.iter().map(point).collect();
+        reply.shape_triangles = synthesis.triangles.concat();
+        reply.shape_rms = synthesis.rms_m;
+    }
+}
+
+fn point(place: &Point3<f64>) -> Point32 {
+    Point32 {
+        x: place.x as f32,
+        y: place.y as f32,
+        z: place.z as f32,
+    }
 }
 
 fn dent(dent: &Dent) -> DentMessage {

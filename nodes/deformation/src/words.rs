@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::answer::{Dent, Measured};
+use crate::synthesis::Unsaid;
 
 /// More dents than these are only counted.
 const NAMED: usize = 3;
@@ -27,7 +28,23 @@ impl Measured {
         if self.dents.len() > NAMED {
             text += &format!("; {} more", self.dents.len() - NAMED);
         }
-        text
+        text + &self.unseen_words(up, camera)
+    }
+
+    /// "; unseen: 7 mm at 61 mm height, facing away from the camera"; nothing where no deformer was fitted.
+    fn unseen_words(&self, up: &Vector3<f64>, camera: Option<&Point3<f64>>) -> String {
+        let Ok(synthesis) = &self.synthesis else {
+            return String::new();
+        };
+        if synthesis.unsaid == Some(Unsaid::Seen) {
+            return String::new();
+        }
+        if synthesis.unseen_dents.is_empty() {
+            return "; unseen side: not known".into();
+        }
+        let dents = synthesis.unseen_dents.iter();
+        let named: Vec<_> = dents.map(|dent| dent.words(up, camera)).collect();
+        format!("; unseen, by its rim: {}", named.join("; "))
     }
 }
 

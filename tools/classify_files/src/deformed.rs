@@ -104,6 +104,8 @@ impl Deformed {
             "significance": found.significance,
             "seen_share": found.seen_share,
             "undented_rms": found.undented_rms_m,
+            "unseen_dents": found.unseen_dents().iter().map(dent).collect::<Vec<_>>(),
+            "unseen_reason": found.unsaid().map(ToString::to_string).unwrap_or_default(),
             "turn_is_open": self.turn_is_open,
             "width_scale": found.placement.width_scale,
             "height_scale": found.placement.height_scale,

@@ -109,6 +109,12 @@ scan.views.forEach((view, number) => {
   checkbox(view.name, `#${new THREE.Color(colour).getHexString()}`, points);
 });
 
+if (scan.shape) {
+  const shape = plain(floats(scan.shape), 0x7f8ea8, 0.0016);
+  world.add(shape);
+  checkbox('shape, by analysis by synthesis', '#7f8ea8', shape);
+}
+
 const renderer = new THREE.WebGLRenderer({ antialias: true });
 byId('picture').prepend(renderer.domElement);
 const camera = new THREE.PerspectiveCamera(40, 1, 0.01, 10);

@@ -86,6 +86,8 @@ pub fn to_json(answer: &Deformation) -> Value {
         "significance": answer.significance,
         "seen_share": answer.seen_share,
         "undented_rms": answer.undented_rms,
+        "unseen_dents": answer.unseen_dents.iter().map(dent).collect::<Vec<_>>(),
+        "unseen_reason": answer.unseen_reason,
         "turn_is_open": answer.turn_is_open,
         "width_scale": answer.width_scale,
         "height_scale": answer.height_scale,

@@ -47,6 +47,8 @@ struct Scan<'a> {
     deviation: Option<String>,
     deviation_reach: f64,
     dents: Vec<ShownDent>,
+    /// Places all over the shape that analysis by synthesis gives; empty without it.
+    shape: String,
     views: Vec<ShownView>,
 }
 
@@ -104,7 +106,18 @@ pub fn page(
         ),
         deviation: deviation.map(|all| encoded(all.iter().step_by(step).copied())),
         deviation_reach: deformation.map_or(0.0, reach_m),
-        dents: deformation.map_or_else(Vec::new, |found| found.dents.iter().map(dent).collect()),
+        dents: deformation.map_or_else(Vec::new, |found| {
+            let unseen = found.unseen_dents.iter().map(unseen_dent);
+            found.dents.iter().map(dent).chain(unseen).collect()
+        }),
+        shape: deformation.map_or_else(String::new, |found| {
+            encoded(
+                found
+                    .shape
+                    .iter()
+                    .flat_map(|place| [place.x, place.y, place.z]),
+            )
+        }),
         views: views(scan, &centre)?,
     };
     let json = serde_json::to_string(&shown)?.replace('<', "\\u003c");
@@ -163,6 +176,13 @@ fn dent(dent: &Dent) -> ShownDent {
         depth: format!("{:.1} ± {:.1} mm", 1e3 * dent.depth, 1e3 * dent.depth_sigma),
         at_height: millimetres(dent.centre_in_object.z),
         extent: format!("{:.0} × {}", 1e3 * dent.width, millimetres(dent.height)),
+    }
+}
+
+fn unseen_dent(unseen: &Dent) -> ShownDent {
+    ShownDent {
+        extent: "not seen".into(),
+        ..dent(unseen)
     }
 }
 

@@ -1,18 +1,20 @@
 //! Simulated scans of objects whose every dent is known.
 
 pub mod score;
+pub mod unseen;
 
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
 use deformation::{Observation, Reference};
 use icp_registration::Registrar;
+use mesh::Mesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Cropper, Frame};
 use serde::{Deserialize, Serialize};
-use sim_deform::{Flattening, specimen};
+use sim_deform::{Denter, Flattening, Settings, specimen};
 use sim_objects::{ObjectClass, Variation};
 use sim_scan::{ScanParameters, Setup, capture};
 
@@ -34,8 +36,19 @@ pub struct Case {
     pub viewpoints: Vec<Point3<f64>>,
     /// Dents that cameras saw, the deepest first.
     pub truth: Vec<Truth>,
-    /// Deepest place of the whole object, seen or not, m.
-    pub unseen_depth_m: f64,
+    /// The object's wall, seen or not.
+    pub wall: Vec<Place>,
+}
+
+/// A place of the object's wall in the registered cloud's frame.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Place {
+    /// Before it was dented.
+    pub from: Point3<f32>,
+    pub to: Point3<f32>,
+    /// How far it was pressed in.
+    pub depth_m: f32,
+    pub seen: bool,
 }
 
 /// A dent that cameras saw.
@@ -48,15 +61,55 @@ pub struct Truth {
     pub direction: Vector3<f64>,
 }
 
+/// What dents an object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pads {
+    /// Both of a parallel gripper, by the same depth.
+    Both,
+    /// Only the first, as a corner that it is pushed against.
+    One,
+}
+
+impl Pads {
+    fn press(
+        self,
+        class: ObjectClass,
+        variation: &Variation,
+        depth_m: f64,
+        seed: u64,
+    ) -> Result<Mesh> {
+        if self == Self::Both || depth_m == 0.0 {
+            return Ok(specimen(class, variation, depth_m, seed)?);
+        }
+        let denter = Denter::new(class.mesh(&Variation::NONE), &Settings::default())?;
+        let grasps = denter.grasps();
+        for handle in grasps.order(seed) {
+            let Ok(mut grasp) = grasps.grasp(handle) else {
+                continue;
+            };
+            grasp.patches[1].clear();
+            grasp.gaps_m[1].clear();
+            if let Ok(dents) = denter.dent(&grasp, &[depth_m])
+                && let Some(dent) = dents.into_iter().next()
+            {
+                let mut mesh = dent.mesh;
+                variation.apply(&mut mesh);
+                return Ok(mesh);
+            }
+        }
+        anyhow::bail!("{class} cannot be dented")
+    }
+}
+
 /// Depths that are asked for, in turn, as soon as each object has had the one before.
 pub const DEPTHS_M: [f64; 4] = [0.0, 0.004, 0.008, 0.012];
 
 impl Case {
     /// The one of a number among many; `None` where registration ends the scan, as the graph's then ends with an error.
-    pub fn numbered(number: usize, first_seed: u64) -> Result<Option<Self>> {
+    pub fn numbered(number: usize, first_seed: u64, pads: Pads) -> Result<Option<Self>> {
         let class = ObjectClass::ALL[number % ObjectClass::ALL.len()];
         let asked_m = DEPTHS_M[number / ObjectClass::ALL.len() % DEPTHS_M.len()];
-        Self::simulate(class, asked_m, first_seed + number as u64)
+        Self::simulate(class, asked_m, first_seed + number as u64, pads)
     }
 
     pub fn observation(&self) -> Observation<'_> {
@@ -69,7 +122,7 @@ impl Case {
     }
 
     /// A held object, 4 views, a wrong camera mount and a D435i's noise.
-    fn simulate(class: ObjectClass, asked_m: f64, seed: u64) -> Result<Option<Self>> {
+    fn simulate(class: ObjectClass, asked_m: f64, seed: u64, pads: Pads) -> Result<Option<Self>> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let variation = Variation::random(random.random());
         let undented = class.mesh(&variation);
@@ -80,7 +133,7 @@ impl Case {
             Flattening::random(asked_m as f32, height_m, &mut random).apply(&mut mesh);
             mesh
         } else {
-            specimen(class, &variation, asked_m, random.random())?
+            pads.press(class, &variation, asked_m, random.random())?
         };
         let parameters = ScanParameters {
             table_share: 0.0,
@@ -109,7 +162,7 @@ impl Case {
             hand[hand.len() - count..].to_vec()
         };
         let (from, to) = (placed(&before), placed(&setup));
-        let (truth, unseen_depth_m) = truth(
+        let places = places(
             &from,
             &to,
             &object.triangles,
@@ -122,8 +175,8 @@ impl Case {
             asked_m,
             flattened,
             distance_m: (camera_from_hand * Point3::new(0.0, 0.0, 0.2)).z,
-            truth,
-            unseen_depth_m,
+            truth: truth(&places),
+            wall: wall(places, &cloud_from_hand.inverse()),
             points: cropped.points,
             viewpoints: cloud_from_cameras
                 .iter()
@@ -133,13 +186,14 @@ impl Case {
     }
 }
 
-fn truth(
+/// What became of each vertex.
+fn places(
     from: &[Point3<f32>],
     to: &[Point3<f32>],
     triangles: &[[u32; 3]],
     cloud: &[Point3<f32>],
     cloud_from_hand: &Isometry3<f64>,
-) -> (Vec<Truth>, f64) {
+) -> Vec<(Place, Vector3<f64>)> {
     const SEEN_M: f32 = 0.003;
     let mut normals = vec![Vector3::zeros(); from.len()];
     for &[a, b, c] in triangles {
@@ -150,25 +204,47 @@ fn truth(
             .for_each(|&index| normals[index as usize] += normal);
     }
     let tree = cloud::Tree::new(cloud);
-    let is_seen = |place: Point3<f64>| {
-        let nearest = tree.as_ref().map(|tree| tree.nearest(&place.cast()));
+    let is_seen = |place: &Point3<f32>| {
+        let nearest = tree.as_ref().map(|tree| tree.nearest(place));
         nearest.is_some_and(|nearest| nearest.distance_sq < SEEN_M * SEEN_M)
     };
-    let mut all = Vec::new();
-    let mut unseen_depth_m = 0.0f64;
-    for ((from, to), normal) in from.iter().zip(to).zip(&normals) {
+    let place = |((from, to), normal): ((&Point3<f32>, &Point3<f32>), &Vector3<f32>)| {
         let normal: Vector3<f64> = normal.cast::<f64>().normalize();
         let depth_m = -normal.dot(&(to - from).cast());
-        unseen_depth_m = unseen_depth_m.max(depth_m);
-        if depth_m > 0.0005 && is_seen(cloud_from_hand * to.cast::<f64>()) {
-            all.push((
-                depth_m,
-                cloud_from_hand * from.cast::<f64>(),
-                cloud_from_hand * normal,
-            ));
-        }
-    }
-    (dents(all), unseen_depth_m)
+        let in_cloud = |place: &Point3<f32>| (cloud_from_hand * place.cast::<f64>()).cast();
+        let place = Place {
+            from: in_cloud(from),
+            to: in_cloud(to),
+            depth_m: depth_m as f32,
+            seen: is_seen(&in_cloud(to)),
+        };
+        (place, cloud_from_hand * normal)
+    };
+    from.iter().zip(to).zip(&normals).map(place).collect()
+}
+
+/// Dents among the places that were seen.
+fn truth(places: &[(Place, Vector3<f64>)]) -> Vec<Truth> {
+    let seen = places
+        .iter()
+        .filter(|(place, _)| place.seen && place.depth_m > 0.0005);
+    dents(
+        seen.map(|(place, normal)| (f64::from(place.depth_m), place.from.cast(), *normal))
+            .collect(),
+    )
+}
+
+/// The outside of the wall: what faces away from the hand's axis.
+fn wall(places: Vec<(Place, Vector3<f64>)>, hand_from_cloud: &Isometry3<f64>) -> Vec<Place> {
+    let is_outside = |(place, normal): &(Place, Vector3<f64>)| {
+        let (place, normal) = (
+            hand_from_cloud * place.from.cast::<f64>(),
+            hand_from_cloud * normal,
+        );
+        normal.x * place.x + normal.y * place.y > 0.5 * place.x.hypot(place.y)
+    };
+    let outside = places.into_iter().filter(is_outside);
+    outside.map(|(place, _)| place).collect()
 }
 
 /// Deepest place first, each with what is around it.

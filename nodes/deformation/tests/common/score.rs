@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use deformation::{Parameters, Reference, measure};
 
+use super::unseen::{self, Unseen};
 use super::{Case, Truth};
 
 /// From which depth on a dent in view counts, m: the shallowest of those asked for, less what the mesh rounds.
-const DENTED_M: f64 = 0.0038;
+pub const DENTED_M: f64 = 0.0038;
 /// The shallowest and deepest of two dents that count as alike, as a ratio: a squeezed object has two.
 const ALIKE: f64 = 0.8;
 
@@ -30,13 +31,18 @@ pub struct Row {
     pub rms_m: f64,
     pub reason: String,
     pub milliseconds: f64,
+    pub unseen: Unseen,
 }
 
 impl Row {
     /// Measures a case.
     pub fn of(case: &Case, reference: &Reference) -> Self {
+        let parameters = Parameters {
+            synthesis: false,
+            ..Parameters::default()
+        };
         let start = Instant::now();
-        let result = measure(reference, &case.observation(), &Parameters::default());
+        let result = measure(reference, &case.observation(), &parameters);
         let mut row = Self {
             milliseconds: 1e3 * start.elapsed().as_secs_f64(),
             class: case.class.clone(),
@@ -45,6 +51,7 @@ impl Row {
             flattened: case.flattened,
             distance_m: case.distance_m,
             truth_m: case.truth.first().map_or(0.0, |dent| dent.depth_m),
+            unseen: Unseen::of(case, reference),
             ..Self::default()
         };
         let found = match result {
@@ -103,6 +110,7 @@ pub struct Table {
     pub direction_rad: [f64; 2],
     /// Median and 99 %.
     pub milliseconds: [f64; 2],
+    pub unseen: unseen::Table,
 }
 
 impl Table {
@@ -123,6 +131,7 @@ impl Table {
             centre_m: spread(found().map(|row| row.centre_error_m).collect(), 0.9),
             direction_rad: spread(found().map(|row| row.direction_error_rad).collect(), 0.9),
             milliseconds: spread(rows.iter().map(|row| row.milliseconds).collect(), 0.99),
+            unseen: unseen::Table::of(rows.iter().map(|row| &row.unseen)),
         }
     }
 }
@@ -158,7 +167,7 @@ fn depths<'a>(found: impl Iterator<Item = &'a Row>, asked_m: f64) -> [f64; 5] {
 const NORMAL_95: f64 = 1.96;
 
 /// 95 % interval of a share (Wilson, 1927), in words.
-fn interval(count: usize, all: usize) -> String {
+pub fn interval(count: usize, all: usize) -> String {
     let (n, share) = (all.max(1) as f64, count as f64 / all.max(1) as f64);
     let square = NORMAL_95 * NORMAL_95 / n;
     let middle = share + square / 2.0;
@@ -172,7 +181,7 @@ fn interval(count: usize, all: usize) -> String {
     )
 }
 
-fn at(values: &[f64], share: f64) -> f64 {
+pub fn at(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let place = (share * sorted.len() as f64) as usize;
@@ -211,7 +220,8 @@ impl std::fmt::Display for Table {
         let [median, high] = self.direction_rad.map(f64::to_degrees);
         writeln!(f, "direction: median {median:.1} deg, 90 % {high:.1} deg")?;
         let [median, high] = self.milliseconds;
-        writeln!(f, "time: median {median:.1} ms, 99 % {high:.1} ms")
+        writeln!(f, "time: median {median:.1} ms, 99 % {high:.1} ms")?;
+        write!(f, "{}", self.unseen)
     }
 }
 

@@ -5,7 +5,7 @@
 mod common;
 
 use common::score::{Row, Table, csv};
-use common::{Case, references};
+use common::{Case, Pads, references};
 use deformation::{Doubt, Observation, Parameters, measure};
 use nalgebra::Vector3;
 
@@ -21,7 +21,7 @@ fn dents_are_found_where_they_are_and_nowhere_else() {
     println!("seeds from {first_seed}");
     let references = references().unwrap();
     let rows: Vec<Row> = (0..scans())
-        .filter_map(|number| Case::numbered(number, first_seed).unwrap())
+        .filter_map(|number| Case::numbered(number, first_seed, Pads::Both).unwrap())
         .map(|case| Row::of(&case, &references[case.class.as_str()]))
         .collect();
     let table = Table::of(&rows);
@@ -36,13 +36,33 @@ fn dents_are_found_where_they_are_and_nowhere_else() {
     }
     assert!(table.centre_m[0] < 0.005, "{table}");
     assert!(table.direction_rad[0] < 10f64.to_radians(), "{table}");
+    let unseen = &table.unseen;
+    let wrong = unseen.errors_m().iter().filter(|&&m| m > 0.004).count();
+    assert!(4 * wrong <= unseen.claims.len(), "{table}");
+    assert!(unseen.shape_m[0] < unseen.rest_m[0], "{table}");
+    assert!(unseen.shape_m[1] < unseen.rest_m[1], "{table}");
+}
+
+#[test]
+fn where_only_one_pad_pressed_no_dent_is_claimed_on_the_other_side() {
+    let first_seed = 750;
+    println!("seeds from {first_seed}");
+    let references = references().unwrap();
+    let rows: Vec<Row> = (8..32)
+        .filter_map(|number| Case::numbered(number, first_seed, Pads::One).unwrap())
+        .map(|case| Row::of(&case, &references[case.class.as_str()]))
+        .collect();
+    assert!(rows.iter().any(|row| row.unseen.shape_m.is_some()));
+    for claim in rows.iter().flat_map(|row| &row.unseen.claims) {
+        assert!(claim.truth_m > 0.002, "{claim:?}");
+    }
 }
 
 #[test]
 fn the_own_reference_fits_and_one_of_another_kind_of_object_does_not() {
     let references = references().unwrap();
     for number in [0, 4, 7] {
-        let case = Case::numbered(number, 700).unwrap().unwrap();
+        let case = Case::numbered(number, 700, Pads::Both).unwrap().unwrap();
         for (name, reference) in &references {
             let found = measure(reference, &case.observation(), &Parameters::default());
             let fits = found.is_ok_and(|found| found.fits());
@@ -62,7 +82,7 @@ fn the_own_reference_fits_and_one_of_another_kind_of_object_does_not() {
 fn nothing_is_said_of_what_cannot_be_judged() {
     let references = references().unwrap();
     let reference = &references["medium-can"];
-    let case = Case::numbered(0, 700).unwrap().unwrap();
+    let case = Case::numbered(0, 700, Pads::Both).unwrap().unwrap();
     let seen = |points| Observation {
         points,
         ..case.observation()
@@ -82,7 +102,7 @@ fn nothing_is_said_of_what_cannot_be_judged() {
 #[test]
 fn an_object_upside_down_is_recognised_as_such() {
     let references = references().unwrap();
-    let mut case = Case::numbered(2, 700).unwrap().unwrap();
+    let mut case = Case::numbered(2, 700, Pads::Both).unwrap().unwrap();
     let parameters = Parameters::default();
     let upright = measure(
         &references[case.class.as_str()],
