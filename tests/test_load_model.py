@@ -1,5 +1,6 @@
 """Another model while the graph runs: from the next scan on, or not at all."""
 
+import json
 import threading
 
 import pytest
@@ -8,6 +9,20 @@ from graph import Listener
 from processes import wait_until
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
+
+
+@pytest.fixture
+def failing_model(checkout, other_model, tmp_path):
+    """Writes that model with a self-test of other labels: its path."""
+    path, _, after = other_model
+    copy = tmp_path / 'failing.onnx'
+    copy.write_bytes(path.read_bytes())
+    test = json.loads((checkout / 'config' / 'model.selftest.json').read_text())
+    for cloud in test['clouds']:
+        cloud['label'] = 'teapot'
+    test['model_id'] = after
+    copy.with_suffix('.selftest.json').write_text(json.dumps(test))
+    return copy
 
 
 @pytest.fixture
@@ -20,7 +35,7 @@ def other_model(checkout, tmp_path):
     return path, before, after
 
 
-def test_a_model_is_exchanged_between_two_scans(launch, other_model, tmp_path):
+def test_a_model_is_exchanged_between_two_scans(launch, other_model, failing_model, tmp_path):
     from deformable_cobot.msg import Classification
     path, before, after = other_model
     graph = launch('sim.launch')
@@ -30,7 +45,8 @@ def test_a_model_is_exchanged_between_two_scans(launch, other_model, tmp_path):
 
     bad = tmp_path / 'bad.onnx'
     bad.write_bytes(b'no model')
-    for file, words in ((bad, str(bad)), (tmp_path / 'absent.onnx', 'cannot read model'), ('', 'cannot read model')):
+    for file, words in ((bad, str(bad)), (failing_model, 'a teapot, for'),
+                        (tmp_path / 'absent.onnx', 'cannot read model'), ('', 'cannot read model')):
         refused = graph.call('load_model', model=str(file))
         assert words in refused.error and refused.model_id == before, refused
 

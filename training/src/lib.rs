@@ -6,6 +6,7 @@
 pub mod code;
 pub mod data;
 pub mod evaluation;
+pub mod kept;
 pub mod network;
 pub mod progress;
 pub mod references;

@@ -15,6 +15,7 @@ use crate::data::source::{Data, Source};
 use crate::evaluation::TestResult;
 use crate::evaluation::answers::Answers;
 use crate::evaluation::confusion::Confusion;
+use crate::kept;
 use crate::network::backend::Backend;
 use crate::network::export::{encode, write_model, write_whole};
 use crate::network::{Network, NetworkKind};
@@ -71,8 +72,7 @@ pub struct Results {
     pub history: Vec<EpochReport>,
 }
 
-/// Makes the clouds or finds them in `output`, trains, writes the model file, the undented objects in a folder
-/// beside it, and run.yaml in a folder of `output`. An interrupted run resumes after its last complete epoch and ends with the same bytes. Clouds and unfinished runs of other
+/// Makes the clouds or finds them in `output`, trains, writes the model file, what `teach` needs and the undented objects beside it, and run.yaml in a folder of `output`. An interrupted run resumes after its last complete epoch and ends with the same bytes. Clouds and unfinished runs of other
 /// code are not reused.
 ///
 /// # Errors
@@ -88,7 +88,11 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
     metadata.normals = settings.normals();
     metadata.run_id = run_id.clone();
     metadata.trained_on = Some(source.trained_on(settings).to_text()?);
-    let network = network(settings, metadata.labels.len())?.on(&order.backend.device()?)?;
+    let network = network(settings, metadata.labels.len())?;
+    if let Some(start) = &settings.start {
+        start.put_into(&network, &metadata.labels)?;
+    }
+    let network = network.on(&order.backend.device()?)?;
     metadata.network_version = network.version().to_owned();
     encode(&network, 1.0, &metadata).context("the network is too large")?;
 
@@ -122,6 +126,10 @@ pub fn run(order: &Order, show: impl Fn(Stage) + Sync) -> Result<Results> {
         test: test.transpose()?,
         history,
     };
+    if let Some(clouds) = &data.kept {
+        let made = format!("train, run {}", results.run_id);
+        kept::write(&order.model, clouds, made)?;
+    }
     references::write(&order.model, &metadata.labels, &order.datasets)?;
     write_record(&folder.join("run.yaml"), order, &results)?;
     checkpoint.remove()?;

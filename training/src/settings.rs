@@ -6,6 +6,7 @@ use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::data::mesh_clouds::MeshSampling;
+use crate::network::start::Start;
 use crate::network::{Architecture, NetworkKind, PaperArchitecture};
 use crate::training::trainer::TrainingParameters;
 use sim_scan::ScanParameters;
@@ -47,6 +48,9 @@ pub struct Settings {
     /// Whether the robot's network learns the objects of the datasets alone, without the eight.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub only_datasets: bool,
+    /// The model whose weights training begins with; random ones without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
 }
 
 fn is_zero(count: &usize) -> bool {
@@ -71,6 +75,7 @@ impl Default for Settings {
             scans: ScanParameters::default(),
             meshes: MeshSampling::default(),
             only_datasets: false,
+            start: None,
         }
     }
 }

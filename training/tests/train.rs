@@ -5,8 +5,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Mutex;
 
-use classifier::{Model, Provider};
+use adaptation::{Kept, features_path};
+use classifier::{Model, Provider, SelfTest};
+use sim_dataset::digest::hex_digest;
 use training::network::backend::Backend;
+use training::network::start::Start;
 use training::progress::Stage;
 use training::run::{Order, Results, run};
 use training::settings::Settings;
@@ -62,6 +65,49 @@ fn a_run_writes_a_model_that_loads_and_a_record() {
 }
 
 #[test]
+fn a_run_leaves_what_teach_needs_beside_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    run_in(folder.path(), &small()).unwrap();
+    let path = folder.path().join("model.onnx");
+    let kept = Kept::decode(&std::fs::read(features_path(&path)).unwrap()).unwrap();
+    assert_eq!(kept.model, hex_digest(&std::fs::read(&path).unwrap()));
+    let model = Model::load(&path, Provider::Cpu, "CPU").unwrap();
+    let labels = kept.blocks.iter().map_while(|block| block.label.clone());
+    assert!(labels.eq(model.metadata().labels.iter().cloned()));
+    let strangers = kept.strangers().unwrap();
+    for block in &kept.blocks {
+        assert!(!block.fit.is_empty() && !block.check.is_empty());
+        assert!(block.fit.len() <= strangers.fit.len());
+    }
+    let run_id = &model.metadata().run_id;
+    assert!(SelfTest::beside(&path, run_id).unwrap().is_some());
+}
+
+#[test]
+fn training_goes_on_from_the_weights_of_a_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = run_in(folder.path(), &small()).unwrap();
+    let path = folder.path().join("model.onnx");
+    let before = std::fs::read(&path).unwrap();
+    let settings = |epochs, rate| {
+        let mut settings = small();
+        settings.start = Some(Start::of(&path).unwrap());
+        settings.training.epochs = epochs;
+        settings.training.learning_rate = rate;
+        settings
+    };
+    // Without a step that is felt, the answers stay what they were.
+    let same = run(&order(folder.path(), &settings(1, 0.0)), |_| ()).unwrap();
+    assert_eq!(same.confusion, first.confusion);
+    assert_ne!(same.run_id, first.run_id);
+    std::fs::write(&path, &before).unwrap();
+    let stale = settings(1, 1e-3);
+    std::fs::write(&path, [&before[..], b" "].concat()).unwrap();
+    let refused = run_in(folder.path(), &stale).unwrap_err().to_string();
+    assert!(refused.contains("has changed meanwhile"), "{refused}");
+}
+
+#[test]
 fn the_same_settings_give_the_same_file_and_another_seed_does_not() {
     let bytes = |seed| {
         let folder = tempfile::tempdir().unwrap();
@@ -90,12 +136,13 @@ fn scans_are_made_once_for_the_same_settings() {
         run(&order, show).unwrap();
         scanned.into_inner().unwrap()
     };
-    // Two and one of each of the eight, five and one solids, an empty hand.
-    assert_eq!(scanned(&small(), false), 31);
+    // Two and one of each of the eight, five and one solids, an empty hand; and to be kept for teach as many of the eight,
+    // six and three solids, an empty hand.
+    assert_eq!(scanned(&small(), false), 31 + 34);
     let mut longer = small();
     longer.training.epochs = 3;
     assert_eq!(scanned(&longer, false), 0);
-    assert_eq!(scanned(&longer, true), 31);
+    assert_eq!(scanned(&longer, true), 31 + 34);
 }
 
 #[test]

@@ -57,14 +57,21 @@ pub fn threshold_keeping(mut values: Vec<f64>, share_kept: f64) -> f64 {
     values.get(below).copied().unwrap_or(0.0)
 }
 
-/// The same where there was a threshold before: the mean of both, by the clouds that they count for.
-pub fn threshold_near(values: Vec<f64>, share_kept: f64, prior: Prior) -> f64 {
-    let count = values.len() as f64;
-    let total = count + prior.clouds;
-    if total == 0.0 {
-        return prior.value;
+/// The same, but so high that at most `strangers_share` of the strangers' values reach it, too.
+pub fn threshold_between(
+    known: Vec<f64>,
+    share_kept: f64,
+    mut strangers: Vec<f64>,
+    strangers_share: f64,
+) -> f64 {
+    let keeping = threshold_keeping(known, share_kept);
+    strangers.sort_by(|a, b| b.total_cmp(a));
+    let passing = (strangers_share * strangers.len() as f64).floor() as usize;
+    match strangers.get(passing) {
+        // The next larger number, since what equals the threshold reaches it.
+        Some(stranger) => keeping.max(stranger.next_up()),
+        None => keeping,
     }
-    (count * threshold_keeping(values, share_kept) + prior.clouds * prior.value) / total
 }
 
 /// Derivative of the cross-entropy of softmax(factor · logits) with respect to the factor: the expected logit under these
@@ -171,13 +178,6 @@ mod tests {
         assert!((near(10, 1e6) / 0.5 - 1.0).abs() < 0.01);
         let between = near(50, 50.0);
         assert!((0.5..2.5).contains(&between), "{between}");
-        let prior = Prior {
-            value: 1.0,
-            clouds: 50.0,
-        };
-        let values: Vec<f64> = (0..50).map(f64::from).collect();
-        assert_eq!(threshold_near(values, 0.5, prior), 13.0);
-        assert_eq!(threshold_near(Vec::new(), 0.5, prior), 1.0);
     }
 
     #[test]
@@ -189,6 +189,23 @@ mod tests {
             95
         );
         assert_eq!(threshold_keeping(Vec::new(), 0.95), 0.0);
+        let strangers = |most: f64| (0..20).map(|k| most - f64::from(k)).collect::<Vec<_>>();
+        assert_eq!(
+            threshold_between(values.clone(), 0.95, strangers(0.0), 0.1),
+            threshold
+        );
+        assert_eq!(
+            threshold_between(values.clone(), 0.95, Vec::new(), 0.1),
+            threshold
+        );
+        let high = threshold_between(values, 0.95, strangers(60.0), 0.1);
+        assert_eq!(
+            strangers(60.0)
+                .iter()
+                .filter(|&&value| value >= high)
+                .count(),
+            2
+        );
     }
 
     #[test]

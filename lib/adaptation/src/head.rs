@@ -121,6 +121,17 @@ impl Head {
 }
 
 impl Layer {
+    /// With these outputs, in this order.
+    ///
+    /// # Panics
+    /// If there is no such output.
+    pub fn with_order(&self, order: &[usize]) -> Self {
+        Self {
+            weight: self.weight.select_columns(order),
+            bias: self.bias.select_rows(order),
+        }
+    }
+
     pub(crate) fn of(&self, inputs: &DMatrix<f64>) -> DMatrix<f64> {
         let mut outputs = inputs * &self.weight;
         for (mut column, bias) in outputs.column_iter_mut().zip(self.bias.iter()) {

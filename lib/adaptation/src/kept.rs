@@ -10,6 +10,10 @@ use serde::{Deserialize, Serialize};
 
 /// First line of a file.
 const VERSION: &str = "deformable_cobot features 1";
+/// Largest number of clouds of each label that are kept: for fitting the layers, and for calibration.
+pub const KEPT_MAX: [usize; 2] = [480, 160];
+/// Strangers are of many kinds: so many times as many of them are looked at and kept.
+pub const STRANGERS: usize = 3;
 /// No sensible file is larger.
 const COUNT_MAX: usize = 10_000_000;
 
@@ -103,7 +107,7 @@ pub struct Block {
     pub label: Option<String>,
     /// To fit the layers with.
     pub fit: FeatureRows,
-    /// Features of other specimens, for calibration: the temperature and the threshold of the known score are fitted to them.
+    /// Of other specimens, to fit the temperature and the threshold of the known score to.
     pub check: FeatureRows,
 }
 

@@ -4,14 +4,16 @@
 //! [`Kept`] is the file of features, [`Head`] are the layers, and [`fit()`] fits them.
 
 pub mod calibration;
+mod familiar;
 mod fit;
 mod head;
 mod kept;
 mod minimise;
 
+pub use familiar::Familiar;
 pub use fit::{Change, FitSettings, fit};
 pub use head::{
     FEATURES, Head, HeadError, Layer, inverse_temperature_of, set_inverse_temperature,
     with_features,
 };
-pub use kept::{Block, FeatureRows, Kept, KeptError, features_path};
+pub use kept::{Block, FeatureRows, KEPT_MAX, Kept, KeptError, STRANGERS, features_path};

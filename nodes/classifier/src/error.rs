@@ -80,6 +80,51 @@ pub enum LoadError {
         /// The key and what is wrong with it.
         source: MetadataError,
     },
+    /// The features that tell what is known cannot be read.
+    #[error(
+        "model {} tells what is known by the features beside it, {}, and they cannot be used: {reason}; keep both files \
+         together, or make the features: teach --prepare --model {}",
+        path.display(), features.display(), path.display()
+    )]
+    Features {
+        /// The model file.
+        path: PathBuf,
+        /// The features' file.
+        features: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The self-test beside the model cannot be read, or the model fails it.
+    #[error("self-test {}", path.display())]
+    SelfTest {
+        /// The self-test's file.
+        path: PathBuf,
+        /// What is wrong.
+        source: SelfTestError,
+    },
+}
+
+/// Why a model does not pass its self-test.
+#[derive(Debug, Error)]
+pub enum SelfTestError {
+    /// The file cannot be read.
+    #[error("it cannot be read: {0}; make it again: teach --prepare")]
+    Unreadable(String),
+    /// A cloud gets another name.
+    #[error("the model takes cloud {number} of {count}, a {label}, for {found}")]
+    Wrong {
+        /// Number of the cloud, from 1.
+        number: usize,
+        /// Of how many.
+        count: usize,
+        /// What it is of.
+        label: String,
+        /// What the model says.
+        found: String,
+    },
+    /// A cloud is not of the network's size, or the network failed.
+    #[error("the network cannot be run on its clouds")]
+    Run(#[from] ClassifyError),
 }
 
 /// Why a cloud could not be made into the network's input.

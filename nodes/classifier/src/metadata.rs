@@ -40,10 +40,24 @@ impl fmt::Display for Centring {
     }
 }
 
+/// What tells whether an object is known at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum KnownBy {
+    /// The network's own score, see [`crate::KNOWN_SCORE_NAME`].
+    #[default]
+    Network,
+    /// The distance from the features that are kept beside the model ([`adaptation::Familiar`]). The features of a taught
+    /// model were not trained to tell what it was taught from strangers.
+    Features,
+}
+
 /// Where every network expects the object's up direction; stored, so that other readers of the file know.
 const UP_AXIS: &str = "+z";
 /// Absent where the network takes no normals.
 const NORMALS: &str = "normals";
+/// Absent where the network's own score says so.
+const KNOWN_BY: &str = "known_by";
+const FEATURES: &str = "features";
 /// Absent in files of before it was written.
 const TRAINED_ON: &str = "trained_on";
 
@@ -64,8 +78,10 @@ pub struct ModelMetadata {
     pub network_version: String,
     /// The training run that made the model.
     pub run_id: String,
-    /// What scores less than this is called unknown; see [`crate::KNOWN_SCORE_NAME`].
+    /// What scores less than this is called unknown.
     pub known_threshold: f64,
+    /// Which score that is.
+    pub known_by: KnownBy,
     /// Which datasets it was trained on and how they were split, in the words of `train`; `None` where that was not written.
     pub trained_on: Option<String>,
 }
@@ -88,6 +104,9 @@ impl ModelMetadata {
             ("run_id", self.run_id.clone()),
             ("known_threshold", self.known_threshold.to_string()),
         ];
+        if self.known_by == KnownBy::Features {
+            entries.push((KNOWN_BY, FEATURES.to_owned()));
+        }
         if self.normals {
             entries.push((NORMALS, "estimated".to_owned()));
         }
@@ -123,6 +142,7 @@ impl ModelMetadata {
                 "a finite number",
                 |threshold: &f64| threshold.is_finite(),
             )?,
+            known_by: entries.known_by()?,
             trained_on: (entries.0)(TRAINED_ON),
         })
     }
@@ -191,6 +211,18 @@ impl<F: Fn(&str) -> Option<String>> Entries<F> {
         }
     }
 
+    fn known_by(&self) -> Result<KnownBy, MetadataError> {
+        match self.0(KNOWN_BY) {
+            None => Ok(KnownBy::Network),
+            Some(value) if value == FEATURES => Ok(KnownBy::Features),
+            Some(value) => Err(MetadataError::Wrong {
+                key: KNOWN_BY,
+                value,
+                allowed: "`features`, or absent",
+            }),
+        }
+    }
+
     fn labels(&self) -> Result<Vec<String>, MetadataError> {
         let value = self.get("labels")?;
         let labels: Vec<String> = value.split(',').map(|l| l.trim().to_owned()).collect();
@@ -208,83 +240,4 @@ impl<F: Fn(&str) -> Option<String>> Entries<F> {
 }
 
 #[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::*;
-
-    fn example() -> ModelMetadata {
-        ModelMetadata {
-            labels: vec!["can".to_owned(), "ball".to_owned()],
-            point_count: 100,
-            metres_per_unit: 0.1,
-            centring: Centring::Box,
-            normals: true,
-            network_version: "1".to_owned(),
-            run_id: "run".to_owned(),
-            known_threshold: 0.5,
-            trained_on: Some("nothing".to_owned()),
-        }
-    }
-
-    fn read(entries: &[(&'static str, String)]) -> Result<ModelMetadata, MetadataError> {
-        ModelMetadata::from_lookup(|key| {
-            let entry = entries.iter().find(|(name, _)| *name == key);
-            entry.map(|(_, value)| value.clone())
-        })
-    }
-
-    #[test]
-    fn entries_read_back_the_same() {
-        let without_normals = ModelMetadata {
-            normals: false,
-            trained_on: None,
-            ..example()
-        };
-        for metadata in [example(), without_normals] {
-            assert_eq!(read(&metadata.to_entries()).unwrap(), metadata);
-        }
-    }
-
-    #[test]
-    fn each_missing_key_is_named() {
-        let all = example().to_entries();
-        for (missing, _) in all
-            .iter()
-            .filter(|entry| ![NORMALS, TRAINED_ON].contains(&entry.0))
-        {
-            let rest: Vec<_> = all.iter().filter(|e| e.0 != *missing).cloned().collect();
-            assert_eq!(read(&rest), Err(MetadataError::Missing { key: missing }));
-        }
-    }
-
-    #[test]
-    fn each_wrong_value_is_named() {
-        let wrong = [
-            ("labels", "can"),
-            ("labels", "can,can"),
-            ("labels", "can,,ball"),
-            ("point_count", "0"),
-            ("point_count", "many"),
-            ("metres_per_unit", "0"),
-            ("metres_per_unit", "NaN"),
-            ("metres_per_unit", "inf"),
-            ("centring", "middle"),
-            ("normals", "true"),
-            ("up_axis", "z"),
-            ("up_axis", "-z"),
-            ("network_version", " "),
-            ("run_id", ""),
-            ("known_threshold", "high"),
-            ("known_threshold", "NaN"),
-        ];
-        for (key, value) in wrong {
-            let mut entries = example().to_entries();
-            for entry in entries.iter_mut().filter(|entry| entry.0 == key) {
-                entry.1 = value.to_owned();
-            }
-            let message = read(&entries).unwrap_err().to_string();
-            assert!(message.contains(key), "{message}");
-            assert!(message.contains(&format!("{value:?}")), "{message}");
-        }
-    }
-}
+mod tests;

@@ -3,15 +3,17 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use adaptation::{Familiar, features_path};
 use nalgebra::{Point3, Vector3};
 use ort::session::Session;
-use ort::value::{Outlet, TensorElementType};
 
 use crate::error::{ClassifyError, LoadError};
-use crate::metadata::ModelMetadata;
+use crate::familiar;
+use crate::interface::checked_metadata;
+use crate::metadata::{KnownBy, ModelMetadata};
 use crate::preprocess::{SAMPLES, preprocess_parts};
 use crate::provider::Provider;
-use crate::session::{INPUT_NAME, KNOWN_SCORE_NAME, OUTPUT_NAME, Output};
+use crate::session::Output;
 use crate::{runtime, session};
 
 /// Largest accepted model file (paper, Sec. VI-B.3).
@@ -26,6 +28,8 @@ pub const CERTAIN_PROBABILITY: f64 = 0.8;
 pub struct Model {
     session: Session,
     metadata: ModelMetadata,
+    /// Where it is not the network's own score that tells what is known.
+    familiar: Option<Familiar>,
     provider: String,
     fallback_reason: Option<String>,
 }
@@ -48,7 +52,7 @@ pub struct Answer {
     pub probability: f64,
     /// False: unlike everything that the model was trained on, or like two of its objects; see [`Answer::doubt`].
     pub known: bool,
-    /// How much the cloud is like what the model was trained on: a logit, larger is more alike.
+    /// How much the cloud is like what the model knows, larger is more alike: a logit, or of a taught model minus a distance.
     pub known_score: f64,
     /// The model file's threshold of that score, the same for every cloud.
     pub known_threshold: f64,
@@ -68,9 +72,23 @@ impl Model {
     ///
     /// # Errors
     /// The file or ONNX Runtime is missing, or the file is not a model as in [`ModelMetadata`],
-    /// [`INPUT_NAME`] and [`OUTPUT_NAME`].
+    /// [`crate::INPUT_NAME`] and [`crate::OUTPUT_NAME`].
     pub fn load(path: &Path, provider: Provider, device: &str) -> Result<Self, LoadError> {
-        let bytes = read(path)?;
+        Self::load_with(path, Some(&features_path(path)), provider, device)
+    }
+
+    /// The same with the features of another file than the one beside the model; without features, the network's own score
+    /// tells what is known, for which the threshold may not be meant.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn load_with(
+        path: &Path,
+        features: Option<&Path>,
+        provider: Provider,
+        device: &str,
+    ) -> Result<Self, LoadError> {
+        let mut bytes = read(path)?;
         let corrupt = |reason: String| LoadError::Corrupt {
             path: path.to_path_buf(),
             reason,
@@ -80,10 +98,17 @@ impl Model {
         let environment = runtime::environment()?;
         let mut session = session::cpu(environment, &bytes).map_err(corrupt)?;
         let metadata = checked_metadata(&session, path)?;
+        let mut familiar = None;
+        if let (KnownBy::Features, Some(features)) = (metadata.known_by, features) {
+            let (known, with_features) = familiar::read(path, &bytes, features)?;
+            bytes = with_features;
+            session = session::cpu(environment, &bytes).map_err(corrupt)?;
+            familiar = Some(known);
+        }
         let infer_blank = |session: &mut Session| {
             let sample = metadata.columns() * metadata.point_count;
             let mut infer = |samples| {
-                session::infer(session, &vec![0.0; samples * sample], &metadata)
+                session::infer(session, &vec![0.0; samples * sample], &metadata, None)
                     .map_err(|error| error.to_string())
             };
             infer(SAMPLES).and_then(|_| infer(1)).map(|_| ())
@@ -105,6 +130,7 @@ impl Model {
         Ok(Self {
             session,
             metadata,
+            familiar,
             provider: running,
             fallback_reason,
         })
@@ -145,12 +171,34 @@ impl Model {
         answer(&output, &self.metadata, timing)
     }
 
+    /// The most probable label, and its probability, for an `input` of one or more samples, as from [`preprocess_parts`].
+    ///
+    /// # Errors
+    /// The input is of another size than the network's, or the network failed.
+    pub fn name(&mut self, input: &[f32]) -> Result<(String, f64), ClassifyError> {
+        let sample = self.metadata.columns() * self.metadata.point_count;
+        if input.is_empty() || !input.len().is_multiple_of(sample) {
+            return Err(ClassifyError::Inference(format!(
+                "an input of {} numbers, not of {sample} each",
+                input.len()
+            )));
+        }
+        let output = self.infer(input)?;
+        let nothing = Timing {
+            sample: Duration::ZERO,
+            infer: Duration::ZERO,
+        };
+        let answer = answer(&output, &self.metadata, nothing)?;
+        Ok((answer.label, answer.probability))
+    }
+
     /// The network alone: `input` as from [`preprocess_parts`]; the answer is the mean of those to its samples.
     ///
     /// # Errors
     /// The network failed.
     pub fn infer(&mut self, input: &[f32]) -> Result<Output, ClassifyError> {
-        session::infer(&mut self.session, input, &self.metadata)
+        let familiar = self.familiar.as_ref();
+        session::infer(&mut self.session, input, &self.metadata, familiar)
     }
 }
 
@@ -198,57 +246,6 @@ fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
         });
     }
     std::fs::read(path).map_err(unreadable)
-}
-
-fn checked_metadata(session: &Session, path: &Path) -> Result<ModelMetadata, LoadError> {
-    let stored = session.metadata().map_err(|error| LoadError::Corrupt {
-        path: path.to_path_buf(),
-        reason: error.to_string(),
-    })?;
-    let metadata = ModelMetadata::from_lookup(|key| stored.custom(key));
-    let metadata = metadata.map_err(|source| LoadError::Metadata {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    let points = [-1, metadata.columns() as i64, metadata.point_count as i64];
-    check_outlet(path, "the input", session.inputs(), INPUT_NAME, &points)?;
-    let classes = [-1, metadata.labels.len() as i64];
-    let outputs = match session.outputs() {
-        [others @ .., last] if is_outlet(last, KNOWN_SCORE_NAME, &[-1]) => others,
-        all => all,
-    };
-    check_outlet(path, "the output", outputs, OUTPUT_NAME, &classes)?;
-    Ok(metadata)
-}
-
-/// Checks that the only outlet is `name`, float32, of this shape; -1 stands for the batch.
-fn check_outlet(
-    path: &Path,
-    what: &'static str,
-    outlets: &[Outlet],
-    name: &str,
-    shape: &[i64],
-) -> Result<(), LoadError> {
-    if matches!(outlets, [only] if is_outlet(only, name, shape)) {
-        return Ok(());
-    }
-    let found: Vec<String> = outlets
-        .iter()
-        .map(|outlet| format!("`{}` {}", outlet.name(), outlet.dtype()))
-        .collect();
-    Err(LoadError::Interface {
-        path: path.to_path_buf(),
-        what,
-        found: found.join(" and "),
-        expected: format!("`{name}` float32 {shape:?} (-1: any; sizes as in the metadata)"),
-    })
-}
-
-fn is_outlet(outlet: &Outlet, name: &str, shape: &[i64]) -> bool {
-    let sizes = outlet.dtype().tensor_shape();
-    outlet.name() == name
-        && outlet.dtype().tensor_type() == Some(TensorElementType::Float32)
-        && sizes.is_some_and(|sizes| **sizes == *shape)
 }
 
 fn answer(

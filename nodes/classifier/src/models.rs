@@ -1,6 +1,6 @@
 //! The model in force, and that of the scan under way.
 
-use classifier::{LoadError, Model, Parameters};
+use classifier::{LoadError, Model, Parameters, SelfTest, self_test_path};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -32,10 +32,11 @@ impl Models {
         Ok(Self { state })
     }
 
-    /// Loads another model, which answers from the next scan on. It has run on blank clouds then.
+    /// Loads another model, which answers from the next scan on. It has named the clouds of its self-test rightly then.
     ///
     /// # Errors
-    /// Names the file and what is wrong with it; the model of before stays in force.
+    /// Names the file and what is wrong with it, or the cloud that it does not name rightly; the model of before stays in
+    /// force.
     pub fn exchange(&self, parameters: &Parameters) -> Result<(), LoadError> {
         let new = load(parameters)?;
         self.state().in_force = new;
@@ -67,6 +68,21 @@ impl Models {
 
 fn load(parameters: &Parameters) -> Result<SharedModel, LoadError> {
     let path = Path::new(&parameters.model);
-    let model = Model::load(path, parameters.provider, &parameters.device)?;
+    let mut model = Model::load(path, parameters.provider, &parameters.device)?;
+    match SelfTest::beside(path, &model.metadata().run_id)? {
+        Some(test) => {
+            test.try_on(&mut model)
+                .map_err(|source| LoadError::SelfTest {
+                    path: self_test_path(path),
+                    source,
+                })?;
+            log::info!(
+                "{} names the {} clouds of its self-test rightly",
+                path.display(),
+                test.clouds.len()
+            );
+        }
+        None => log::info!("{} has no self-test beside it", path.display()),
+    }
     Ok(Arc::new(Mutex::new(model)))
 }

@@ -1,5 +1,6 @@
 //! Sessions of ONNX Runtime.
 
+use adaptation::{FEATURES, Familiar, FeatureRows};
 use ort::environment::Environment;
 use ort::ep::{ExecutionProviderDispatch, OpenVINO};
 use ort::session::{Session, builder::SessionBuilder};
@@ -90,11 +91,13 @@ fn builder(environment: &Environment) -> ort::Result<SessionBuilder> {
     Ok(builder)
 }
 
-/// Runs the network on `input`, [S, 3 or 6, N], and takes the mean of its S answers.
+/// Runs the network on `input`, [S, 3 or 6, N], and takes the mean of its S answers. `familiar` scores them in the network's place, which
+/// then has its features among its outputs.
 pub fn infer(
     session: &mut Session,
     input: &[f32],
     metadata: &ModelMetadata,
+    familiar: Option<&Familiar>,
 ) -> Result<Output, ClassifyError> {
     let failed = |error: ort::Error| ClassifyError::Inference(error.to_string());
     let (columns, points) = (metadata.columns(), metadata.point_count);
@@ -112,6 +115,18 @@ pub fn infer(
     };
     let rows = values(OUTPUT_NAME)?.unwrap_or_default();
     let log_probabilities = log_mean_exp(&rows, metadata.labels.len());
+    let features = match familiar {
+        None => None,
+        Some(familiar) => values(FEATURES)?.map(|values| (familiar, values)),
+    };
+    if let Some((familiar, values)) = features {
+        let mut rows = FeatureRows::new(values.len() / samples.max(1));
+        rows.push(&values);
+        return Ok(Output {
+            log_probabilities,
+            known_score: familiar.score(&rows) as f32,
+        });
+    }
     let known_score = match values(KNOWN_SCORE_NAME)? {
         Some(scores) => scores.iter().sum::<f32>() / samples as f32,
         None => log_probabilities

@@ -5,8 +5,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use classifier::{
-    CERTAIN_PROBABILITY, Centring, ClassifyError, LoadError, Model, ModelMetadata, Output,
-    Provider, preprocess, preprocess_parts,
+    CERTAIN_PROBABILITY, Centring, ClassifyError, KnownBy, LoadError, Model, ModelMetadata, Output,
+    Provider, SelfTest, TestCloud, preprocess, preprocess_parts, self_test_path,
 };
 use nalgebra::{Point3, Vector3};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
@@ -25,6 +25,7 @@ fn metadata() -> ModelMetadata {
         network_version: "test".to_owned(),
         run_id: "run 1".to_owned(),
         known_threshold: 0.8,
+        known_by: KnownBy::Network,
         trained_on: None,
     }
 }
@@ -154,6 +155,73 @@ fn an_answer_that_may_be_another_object_is_unknown() {
     assert!(doubt.starts_with("it may also be wide"), "{doubt}");
     let certain = answer_to(&mut model, 0.1);
     assert!(certain.known && certain.doubt().is_none(), "{certain:?}");
+}
+
+/// The network's input of a stick.
+fn input(direction: Vector3<f32>) -> Vec<f32> {
+    preprocess(&stick(direction), &Vector3::z(), &metadata()).unwrap()
+}
+
+#[test]
+fn a_self_test_has_the_clouds_that_its_model_names_rightly() {
+    let (_folder, path) = write(&model_bytes(&Fault::default()));
+    let mut model = Model::load(&path, Provider::Cpu, "CPU").unwrap();
+    assert_eq!(SelfTest::beside(&path, "run 1").unwrap(), None);
+    let upright = TestCloud::of("tall", &input(Vector3::z()));
+    let lying = TestCloud::of("tall", &input(Vector3::x()));
+    let clouds = [lying.clone(), upright.clone()];
+    let test = SelfTest::of(&mut model, &clouds).unwrap();
+    assert_eq!(
+        (test.model_id.as_str(), &test.clouds),
+        ("run 1", &vec![upright])
+    );
+    std::fs::write(self_test_path(&path), test.encode().unwrap()).unwrap();
+    let read = SelfTest::beside(&path, "run 1").unwrap();
+    assert_eq!(read, Some(test.clone()));
+    test.try_on(&mut model).unwrap();
+    assert_eq!(SelfTest::beside(&path, "run 2").unwrap(), None);
+
+    let failed = SelfTest {
+        clouds: clouds.to_vec(),
+        ..test
+    };
+    let said = described(&failed.try_on(&mut model).unwrap_err());
+    assert_eq!(said, "the model takes cloud 1 of 2, a tall, for wide");
+    let short = SelfTest {
+        clouds: vec![TestCloud::of("tall", &[0.5; 7])],
+        ..failed
+    };
+    let said = described(&short.try_on(&mut model).unwrap_err());
+    assert!(said.contains("7 numbers"), "{said}");
+    std::fs::write(self_test_path(&path), "{").unwrap();
+    let said = described(&SelfTest::beside(&path, "run 1").unwrap_err());
+    assert!(
+        said.contains("selftest.json") && said.contains("teach --prepare"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_model_that_needs_its_features_is_refused_without_them() {
+    let taught = ModelMetadata {
+        known_by: KnownBy::Features,
+        ..metadata()
+    };
+    let fault = Fault {
+        entries: taught.to_entries(),
+        ..Fault::default()
+    };
+    let (_folder, path) = write(&model_bytes(&fault));
+    let refusal = || described(&Model::load(&path, Provider::Cpu, "CPU").unwrap_err());
+    let said = refusal();
+    assert!(
+        said.contains("model.features") && said.contains("keep both files together"),
+        "{said}"
+    );
+    std::fs::write(path.with_extension("features"), "nothing").unwrap();
+    assert!(refusal().contains("no file of features"));
+    // Who makes the features needs the network first.
+    Model::load_with(&path, None, Provider::Cpu, "CPU").unwrap();
 }
 
 #[test]

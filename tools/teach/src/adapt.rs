@@ -1,19 +1,20 @@
 //! Adapting: the layers fitted to one more class, then temperature and threshold.
 
-use adaptation::calibration::{Prior, inverse_temperature_near, log_sum_exp, threshold_near};
-use adaptation::{Block, FeatureRows, FitSettings, Head, fit};
+use adaptation::calibration::{Prior, inverse_temperature_near, threshold_between};
+use adaptation::{Block, Familiar, FeatureRows, FitSettings, Head, fit};
 use anyhow::{Context, Result};
+use classifier::{KnownBy, TestCloud};
 
 use crate::history::Step;
 use crate::judge::{Judge, logits};
 use crate::stored::{Changed, Stored};
 
-/// Largest number of clouds of each label that are kept: for fitting the layers, and for calibration.
-pub const KEPT_MAX: [usize; 2] = [240, 120];
-/// Weight of the prior: the temperature and the threshold of the model in force count as much as this many clouds.
+/// Weight of the prior: the temperature of the model in force counts as much as this many clouds.
 const PRIOR_CLOUDS: f64 = 200.0;
 /// The threshold of the known score is chosen so that it accepts this share of the clouds of known objects. The same as in training.
 const KNOWN_SHARE: f64 = 0.95;
+/// But of the strangers it accepts this share at most.
+const STRANGERS_SHARE: f64 = 0.1;
 
 /// A model's new layers with what is fitted to them.
 #[derive(Debug, Clone)]
@@ -22,6 +23,8 @@ pub struct Adapted {
     pub head: Head,
     /// 1/T of the probabilities.
     pub inverse_temperature: f64,
+    /// What gives the known score.
+    pub familiar: Familiar,
     /// Threshold of the known score.
     pub known_threshold: f64,
     /// A block for each label in order, and one of strangers.
@@ -29,12 +32,14 @@ pub struct Adapted {
 }
 
 impl Adapted {
-    /// With the step that led to it.
-    pub fn changed(self, step: Step) -> Changed {
+    /// With the clouds of its self-test and the step that led to it.
+    pub fn changed(self, self_test: Vec<TestCloud>, step: Step) -> Changed {
         Changed {
+            self_test,
             head: self.head,
             inverse_temperature: self.inverse_temperature,
             known_threshold: self.known_threshold,
+            known_by: KnownBy::Features,
             blocks: self.blocks,
             step,
         }
@@ -45,6 +50,7 @@ impl Adapted {
         Judge {
             head: &self.head,
             inverse_temperature: self.inverse_temperature,
+            familiar: Some(&self.familiar),
             known_threshold: self.known_threshold,
         }
     }
@@ -73,35 +79,42 @@ pub fn adapt(
         go_on,
     );
     blocks.push(strangers);
-    Ok(calibrated(stored, head, blocks))
+    calibrated(stored, head, blocks)
 }
 
-/// Layers with temperature and threshold as their check clouds and those of before have it.
-pub fn calibrated(stored: &Stored, head: Head, blocks: Vec<Block>) -> Adapted {
+/// Layers with temperature and threshold as the check clouds of known objects and of strangers have it.
+///
+/// # Errors
+/// There are no clouds of an object.
+pub fn calibrated(stored: &Stored, head: Head, blocks: Vec<Block>) -> Result<Adapted> {
+    let familiar =
+        Familiar::of_known(&blocks).context("the features beside the model lack an object")?;
+    let (known, strangers): (Vec<&Block>, Vec<&Block>) =
+        blocks.iter().partition(|block| block.label.is_some());
+    let scores = |blocks: &[&Block]| -> Vec<f64> {
+        let scores = blocks.iter().map(|block| familiar.scores(&block.check));
+        scores.flatten().collect()
+    };
     let (mut all, mut labels) = (Vec::new(), Vec::new());
-    let known = blocks.iter().filter(|block| block.label.is_some());
-    for (class, block) in known.enumerate() {
+    for (class, block) in known.iter().enumerate() {
         let logits = logits(&head, &block.check);
         labels.extend(std::iter::repeat_n(class, logits.len()));
         all.extend(logits);
     }
-    let prior = |value| Prior {
-        value,
+    let prior = Prior {
+        value: stored.inverse_temperature,
         clouds: PRIOR_CLOUDS,
     };
-    let scores = all.iter().map(|logits| log_sum_exp(logits)).collect();
-    Adapted {
-        inverse_temperature: inverse_temperature_near(
-            &all,
-            &labels,
-            prior(stored.inverse_temperature),
-        ),
-        known_threshold: threshold_near(
-            scores,
+    Ok(Adapted {
+        inverse_temperature: inverse_temperature_near(&all, &labels, prior),
+        known_threshold: threshold_between(
+            scores(&known),
             KNOWN_SHARE,
-            prior(stored.metadata.known_threshold),
+            scores(&strangers),
+            STRANGERS_SHARE,
         ),
+        familiar,
         head,
         blocks,
-    }
+    })
 }

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use adaptation::features_path;
 use anyhow::{Context, Result, bail, ensure};
+use classifier::SelfTest;
 use sim_dataset::folder::REFERENCES;
 
 use crate::adapt::calibrated;
 use crate::history::{Did, Step};
 use crate::object::check_label;
-use crate::stored::{Beside, Stored, copy_path, write_together};
+use crate::stored::{Beside, Stored, Unprepared, copy_path};
 use crate::teach::references_for;
+use crate::together::write_together;
 
 /// Removes an object from a model. Its reference stays, for going back.
 ///
@@ -25,11 +27,13 @@ pub fn forget(stored: &Stored, label: &str, out: &Path) -> Result<()> {
     );
     let mut blocks = stored.kept.blocks.clone();
     blocks.remove(class);
-    let adapted = calibrated(stored, stored.head.without_class(class), blocks);
+    let adapted = calibrated(stored, stored.head.without_class(class), blocks)?;
+    let mut self_test = stored.self_test.clone();
+    self_test.retain(|cloud| cloud.label != label);
     let did = Did::Forget {
         label: label.to_owned(),
     };
-    let changed = adapted.changed(Step::now(did, &stored.digest));
+    let changed = adapted.changed(self_test, Step::now(did, &stored.digest));
     let beside = references_for(stored, &out.with_file_name(REFERENCES))?;
     stored.write(&changed, out, beside)?;
     Ok(())
@@ -53,10 +57,15 @@ pub fn rename(stored: &Stored, label: &str, to: &str, out: &Path) -> Result<()> 
         label: label.to_owned(),
         to: to.to_owned(),
     };
+    let mut self_test = stored.self_test.clone();
+    let renamed = self_test.iter_mut().filter(|cloud| cloud.label == label);
+    renamed.for_each(|cloud| to.clone_into(&mut cloud.label));
     let changed = crate::stored::Changed {
+        self_test,
         head: stored.head.clone(),
         inverse_temperature: stored.inverse_temperature,
         known_threshold: stored.metadata.known_threshold,
+        known_by: stored.metadata.known_by,
         blocks,
         step: Step::now(did, &stored.digest),
     };
@@ -103,7 +112,10 @@ pub fn undo(stored: &Stored) -> Result<Step> {
             bytes: read(&copy)?,
         },
     ];
-    write_together(&files)?;
+    // A model of before may be older than its self-test.
+    let id = Unprepared::open(&copy)?.metadata.run_id;
+    let self_test = SelfTest::beside(&copy, &id)?.unwrap_or_default();
+    write_together(&files, &self_test.clouds)?;
     Ok(step.clone())
 }
 

@@ -40,12 +40,11 @@ pub fn record(label: &str, grasps: u32) -> Result<PathBuf> {
     Ok(mesh)
 }
 
-/// Has the running classifier answer with a model, and gives its id and the folder of references that the graph compares
-/// with, if there is one.
+/// Has the running classifier answer with a model, and gives its id.
 ///
 /// # Errors
 /// There is no classifier, or it refuses the model; with the remedy.
-pub fn load(model: &Path) -> Result<(String, Option<PathBuf>)> {
+pub fn load(model: &Path) -> Result<String> {
     let model = std::path::absolute(model)
         .with_context(|| format!("cannot tell where {} is", model.display()))?;
     let mut result = None;
@@ -61,14 +60,13 @@ pub fn load(model: &Path) -> Result<(String, Option<PathBuf>)> {
         None if code == ExitCode::SUCCESS => Err(anyhow::anyhow!("stopped")),
         None => Err(anyhow::anyhow!("there is no ROS master")),
     };
-    let id = loaded.with_context(|| {
+    loaded.with_context(|| {
         let file = model.display();
         format!(
             "{file} is written, but the classifier does not use it yet; launch the graph with model:={file}, or while it \
              runs: rosservice call /load_model \"{{model: {file}}}\""
         )
-    })?;
-    Ok((id, references()))
+    })
 }
 
 async fn ask(node: &Node, model: &Path) -> Result<String> {
@@ -81,6 +79,49 @@ async fn ask(node: &Node, model: &Path) -> Result<String> {
         .await?;
     ensure!(answer.error.is_empty(), "{}", answer.error);
     Ok(answer.model_id)
+}
+
+/// A reference in the folder that the node `deformation` reads, which looks there at each scan.
+#[derive(Debug)]
+pub struct Placed {
+    path: PathBuf,
+    before: Option<Vec<u8>>,
+}
+
+impl Placed {
+    /// Copies a reference there; `None` where no graph runs.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn of(reference: &Path) -> Result<Option<Self>> {
+        let Some(folder) = references() else {
+            return Ok(None);
+        };
+        let path = folder.join(reference.file_name().unwrap_or_default());
+        let before = std::fs::read(&path).ok();
+        let bytes = std::fs::read(reference);
+        let copied = bytes.and_then(|bytes| whole_file::write(&path, &bytes));
+        copied.with_context(|| {
+            format!(
+                "cannot put {} into {}, where the node deformation looks for it; launch with references:=FOLDER of your own",
+                reference.display(),
+                folder.display()
+            )
+        })?;
+        Ok(Some(Self { path, before }))
+    }
+
+    /// Puts back what was there before.
+    ///
+    /// # Errors
+    /// The file cannot be changed.
+    pub fn take_back(self) -> Result<()> {
+        let done = match &self.before {
+            Some(bytes) => whole_file::write(&self.path, bytes),
+            None => std::fs::remove_file(&self.path),
+        };
+        done.with_context(|| format!("cannot take back {}", self.path.display()))
+    }
 }
 
 /// The folder that the node `deformation` reads, as the parameter server has it.

@@ -1,7 +1,7 @@
 //! How well a model tells an object, and what it takes for another.
 
 use adaptation::calibration::log_sum_exp;
-use adaptation::{FeatureRows, Head};
+use adaptation::{Familiar, FeatureRows, Head};
 use classifier::is_known;
 use serde::Serialize;
 
@@ -27,6 +27,8 @@ pub struct Judge<'a> {
     pub head: &'a Head,
     /// 1/T of the probabilities.
     pub inverse_temperature: f64,
+    /// What gives the known score; the layers themselves without it.
+    pub familiar: Option<&'a Familiar>,
     /// Threshold of the known score.
     pub known_threshold: f64,
 }
@@ -47,7 +49,10 @@ impl Judge<'_> {
                 *total += (f64::from(*logit) - sum).exp() / count;
             }
         }
-        let score = logits.iter().map(|row| log_sum_exp(row)).sum::<f64>() / count;
+        let score = match self.familiar {
+            Some(familiar) => familiar.score(samples),
+            None => logits.iter().map(|row| log_sum_exp(row)).sum::<f64>() / count,
+        };
         let best = (0..probabilities.len())
             .max_by(|&a, &b| probabilities[a].total_cmp(&probabilities[b]))
             .unwrap_or(0);

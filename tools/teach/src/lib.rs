@@ -14,3 +14,6 @@ pub mod prepare;
 pub mod progress;
 pub mod stored;
 pub mod teach;
+mod together;
+pub mod unprepared;
+pub mod views;

@@ -1,5 +1,7 @@
 //! Teaches the robot one more object.
 
+mod text;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,12 +11,14 @@ use adaptation::FitSettings;
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use classifier::shipped_model;
+use mesh::file::MILLIMETRE;
 use serde_json::json;
-use teach::history::{Did, origin_of};
 use teach::object::Counts;
 use teach::stored::Stored;
 use teach::teach::{Order, Taught, check_new, teach};
-use teach::{change, graph, look, prepare};
+use teach::{change, graph, prepare, views};
+
+use text::{list, text, words};
 
 /// Teaches a model one more object in about a minute: dents its mesh, looks at it in simulation, and fits the last layers of
 /// the network to it and to what the model knew.
@@ -34,15 +38,19 @@ struct Arguments {
     /// Points or a mesh of the object, +z up: PLY, PCD or OBJ [default: the robot records the object in its hand]
     #[arg(long, value_name = "FILE")]
     scan: Option<PathBuf>,
+    /// Recorded views of the object, PLY or PCD: those of scan --save with the scan.yaml beside them, or of the object alone in
+    /// one frame, +z up
+    #[arg(long, value_name = "VIEW", num_args = 1.., conflicts_with = "scan")]
+    files: Vec<PathBuf>,
     /// How often the object is grasped while the robot records it: 1 or 2; the second time upside down
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=2), conflicts_with = "scan")]
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=2), conflicts_with_all = ["scan", "files"])]
     grasps: u32,
     /// Have the running classifier answer with the new model; always done where the robot records
     #[arg(long)]
     load: bool,
-    /// The scan's unit
-    #[arg(long, default_value = "mm")]
-    units: Units,
+    /// The files' unit [default: mm of --scan, m of --files]
+    #[arg(long)]
+    units: Option<Units>,
     /// Where the new model goes
     #[arg(long, default_value = "taught.onnx", value_name = "ONNX")]
     model: PathBuf,
@@ -50,19 +58,19 @@ struct Arguments {
     #[arg(long, value_name = "ONNX")]
     from: Option<PathBuf>,
     /// Say what the model knows, since when and how well
-    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan"])]
+    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan", "files"])]
     list: bool,
     /// Remove an object
-    #[arg(long, value_name = "LABEL", group = "instead", conflicts_with_all = ["label", "scan"])]
+    #[arg(long, value_name = "LABEL", group = "instead", conflicts_with_all = ["label", "scan", "files"])]
     forget: Option<String>,
     /// Give an object another name
-    #[arg(long, num_args = 2, value_names = ["OLD", "NEW"], group = "instead", conflicts_with_all = ["label", "scan"])]
+    #[arg(long, num_args = 2, value_names = ["OLD", "NEW"], group = "instead", conflicts_with_all = ["label", "scan", "files"])]
     rename: Option<Vec<String>>,
     /// Take the last step back
-    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan", "from"])]
+    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan", "files", "from"])]
     undo: bool,
     /// Make the features of what --model knows, which teach needs and which lie beside the shipped one
-    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan", "from"])]
+    #[arg(long, group = "instead", conflicts_with_all = ["label", "scan", "files", "from"])]
     prepare: bool,
     /// Places where a gripper presses the object, each to six depths
     #[arg(long, value_name = "N", default_value_t = Counts::default().grasps, value_parser = at_least(4))]
@@ -141,7 +149,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             } else {
                 program::print(text(&taught))?;
             }
-            if arguments.load || arguments.scan.is_none() {
+            if arguments.load || (arguments.scan.is_none() && arguments.files.is_empty()) {
                 use_in_graph(&taught.model, Some(&taught.reference))?;
             }
             Ok(())
@@ -179,17 +187,14 @@ fn changed(arguments: &Arguments, stored: &Stored) -> Result<Option<Change>> {
         .context("no name of an object was given")?;
     // Before the arm moves for what cannot be taught.
     check_new(stored, &label)?;
-    let scan = match &arguments.scan {
-        Some(scan) => scan.clone(),
-        None => graph::record(&label, arguments.grasps)?,
-    };
+    // Removed in the end.
+    let folder = tempfile::tempdir().context("cannot make a folder for the views")?;
+    let source = source(arguments, &label, folder.path())?;
     let order = Order {
         label,
-        scan,
-        metres_per_unit: match arguments.units {
-            Units::M => 1.0,
-            Units::Mm => 0.001,
-        },
+        scan: source.scan,
+        from: source.from,
+        metres_per_unit: source.metres_per_unit,
         out: out.clone(),
         counts: arguments.counts(),
         fit: FitSettings::default(),
@@ -200,25 +205,66 @@ fn changed(arguments: &Arguments, stored: &Stored) -> Result<Option<Change>> {
     Ok(Some(Change::Taught(Box::new(taught))))
 }
 
+/// Points or a mesh to teach.
+struct Source {
+    scan: PathBuf,
+    from: String,
+    metres_per_unit: f64,
+}
+
+/// What is to be taught, from where the arguments say; `folder` is for what is made of views.
+fn source(arguments: &Arguments, label: &str, folder: &Path) -> Result<Source> {
+    let metres_per_unit = |default: Units| match arguments.units.unwrap_or(default) {
+        Units::M => 1.0,
+        Units::Mm => MILLIMETRE,
+    };
+    let name_of = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
+    if let Some(first) = arguments.files.first() {
+        let points = views::object_of(&arguments.files, metres_per_unit(Units::M))?;
+        let scan = folder.join(format!("{label}.ply"));
+        cloud::write_ply(&scan, &points)?;
+        return Ok(Source {
+            scan,
+            from: format!(
+                "{} and {} more views",
+                name_of(first),
+                arguments.files.len() - 1
+            ),
+            metres_per_unit: 1.0,
+        });
+    }
+    let scan = match &arguments.scan {
+        Some(scan) => scan.clone(),
+        None => graph::record(label, arguments.grasps)?,
+    };
+    Ok(Source {
+        from: name_of(&scan),
+        metres_per_unit: metres_per_unit(Units::Mm),
+        scan,
+    })
+}
+
 /// Has the running graph use a model, and compare with the reference of what was taught.
 fn use_in_graph(model: &Path, reference: Option<&Path>) -> Result<()> {
-    let (id, folder) = graph::load(model)?;
-    program::note(format_args!(
-        "the classifier answers with {id} from the next scan on"
-    ));
-    let (Some(reference), Some(folder)) = (reference, folder) else {
-        return Ok(());
+    // Before the model, so that the reference is there at the first answer with the new label.
+    let (placed, misplaced) = match reference.map(graph::Placed::of).transpose() {
+        Ok(placed) => (placed.flatten(), None),
+        Err(error) => (None, Some(error)),
     };
-    let name = reference.file_name().unwrap_or_default();
-    let bytes = std::fs::read(reference);
-    let copied = bytes.and_then(|bytes| whole_file::write(&folder.join(name), &bytes));
-    copied.with_context(|| {
-        format!(
-            "cannot put {} into {}, where the node deformation looks for it; launch with references:=FOLDER of your own",
-            reference.display(),
-            folder.display()
-        )
-    })
+    match graph::load(model) {
+        Ok(id) => {
+            program::note(format_args!(
+                "the classifier answers with {id} from the next scan on"
+            ));
+            misplaced.map_or(Ok(()), Err)
+        }
+        Err(error) => {
+            if let Some(placed) = placed {
+                placed.take_back()?;
+            }
+            Err(error)
+        }
+    }
 }
 
 /// Becomes true at the first SIGINT or SIGTERM.
@@ -237,83 +283,4 @@ fn say(arguments: &Arguments, done: &str) -> Result<()> {
         return program::print(format_args!("{described:#}\n"));
     }
     program::print(format_args!("{done}: {}\n", model.display()))
-}
-
-fn text(taught: &Taught) -> String {
-    let Taught {
-        label,
-        model,
-        held_out,
-        others_right: [before, now],
-        seconds,
-        ..
-    } = taught;
-    let mut text = format!(
-        "{label}: named rightly in {:.1} % of {} held-out scans of {} views, and known in {:.1} %\n\
-         what was known before: {:.1} % of the kept clouds were named rightly, now {:.1} %\n",
-        100.0 * held_out.right,
-        held_out.scans,
-        look::VIEWS,
-        100.0 * held_out.known_and_right,
-        100.0 * before,
-        100.0 * now,
-    );
-    for twin in &taught.twins {
-        text += &format!("{}\n", twin.to_text(label));
-    }
-    text + &format!(
-        "{}: {} bytes, features {} bytes, in {:.0} s\n",
-        model.display(),
-        taught.model_bytes,
-        taught.features_bytes,
-        seconds.mesh + seconds.dents + seconds.views + seconds.model,
-    )
-}
-
-fn words(did: &Did) -> String {
-    match did {
-        Did::Teach { label, .. } => format!("teaching {label}"),
-        Did::Forget { label } => format!("forgetting {label}"),
-        Did::Rename { label, to } => format!("renaming {label} to {to}"),
-    }
-}
-
-fn list(stored: &Stored, json: bool) -> Result<()> {
-    let references = stored.references()?;
-    let mut rows = Vec::new();
-    let mut text = format!("{} ({})\n", stored.path.display(), stored.metadata.run_id);
-    let width = stored
-        .metadata
-        .labels
-        .iter()
-        .map(String::len)
-        .max()
-        .unwrap_or(0);
-    for label in &stored.metadata.labels {
-        let step = origin_of(&stored.history, label);
-        let reference = references.join(format!("{label}.ply"));
-        let reference = Some(reference).filter(|path| path.is_file());
-        let without = if reference.is_none() {
-            "; no reference"
-        } else {
-            ""
-        };
-        let origin = match step.map(|step| (&step.did, &step.at)) {
-            Some((Did::Teach { from, held_out, .. }, at)) => format!(
-                "taught {at} from {from}: {:.1} % of {} held-out scans",
-                100.0 * held_out.right,
-                held_out.scans
-            ),
-            _ => "from the training".to_owned(),
-        };
-        text += &format!("{label:width$}  {origin}{without}\n");
-        rows.push(json!({ "label": label, "taught": step, "reference": reference }));
-    }
-    if json {
-        let described = json!({
-            "model": stored.path, "run_id": stored.metadata.run_id, "labels": rows, "history": stored.history,
-        });
-        return program::print(format_args!("{described:#}\n"));
-    }
-    program::print(text)
 }

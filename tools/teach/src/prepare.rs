@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use adaptation::{Block, Kept, features_path};
+use adaptation::{Block, KEPT_MAX, Kept, STRANGERS, features_path};
 use anyhow::{Context, Result, ensure};
-use classifier::Extractor;
+use classifier::{Extractor, Model, Provider, SelfTest, TestCloud, self_test_path};
 use mesh::Mesh;
 use mesh::file::MILLIMETRE;
 use rand::{RngExt, SeedableRng};
@@ -14,14 +14,10 @@ use rayon::prelude::*;
 use sim_objects::{ObjectClass, random_solid};
 use sim_scan::{ScanParameters, dented};
 
-use crate::adapt::KEPT_MAX;
 use crate::look::{Watch, features, to_learn};
 use crate::object::{Counts, load, specimens};
 use crate::progress::Progress;
 use crate::stored::{Unprepared, references_of};
-
-/// Strangers are of many kinds: so many times as many of them are looked at and kept.
-const STRANGERS: usize = 2;
 
 /// What to look at.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +28,7 @@ pub struct Order {
     pub seed: u64,
 }
 
-/// Looks at new specimens of all that a model knows, and at strangers, and writes their features beside it: the package's own
+/// Looks at new specimens of all that a model knows, and at strangers, and writes their features and a self-test beside it: the package's own
 /// objects as in training, others by dents of their references, LABEL.ply. Gives the file and its size in bytes.
 ///
 /// # Errors
@@ -44,6 +40,7 @@ pub fn prepare(model: &Path, order: Order, stop: &AtomicBool) -> Result<(PathBuf
     let progress = Progress::new((labels.len() + STRANGERS) * each);
     let made = blocks(&unprepared, order, stop, &progress);
     progress.clear();
+    let (blocks, clouds) = made?;
     let kept = Kept {
         model: unprepared.digest.clone(),
         made: format!(
@@ -51,12 +48,20 @@ pub fn prepare(model: &Path, order: Order, stop: &AtomicBool) -> Result<(PathBuf
             order.seed
         ),
         width: unprepared.head.features(),
-        blocks: made?,
+        blocks,
     };
+    // Whose features are only about to be written.
+    let mut network = Model::load_with(model, None, Provider::Cpu, "CPU")?;
+    let test = SelfTest::of(&mut network, &clouds)?;
     let path = features_path(model);
     let bytes = kept.encode()?;
-    whole_file::write(&path, &bytes)
-        .with_context(|| format!("cannot write {}; is there space?", path.display()))?;
+    for (path, bytes) in [
+        (self_test_path(model), test.encode()?),
+        (path.clone(), bytes.clone()),
+    ] {
+        whole_file::write(&path, &bytes)
+            .with_context(|| format!("cannot write {}; is there space?", path.display()))?;
+    }
     Ok((path, bytes.len()))
 }
 
@@ -65,7 +70,7 @@ fn blocks(
     order: Order,
     stop: &AtomicBool,
     progress: &Progress,
-) -> Result<Vec<Block>> {
+) -> Result<(Vec<Block>, Vec<TestCloud>)> {
     let references = references_of(&unprepared.path)?;
     let mut extractor = unprepared.extractor()?;
     let mut random = Pcg64Mcg::seed_from_u64(order.seed);
@@ -76,6 +81,7 @@ fn blocks(
             stop,
         },
         extractor: &mut extractor,
+        clouds: Vec::new(),
     };
     let mut blocks = Vec::new();
     progress.say("looking at what it knows");
@@ -90,7 +96,7 @@ fn blocks(
     progress.say("looking at strangers");
     let meshes = strangers(STRANGERS * order.counts.scans, random.random());
     blocks.push(maker.block(None, &meshes, random.random(), STRANGERS)?);
-    Ok(blocks)
+    Ok((blocks, maker.clouds))
 }
 
 /// Specimens to fit layers with, and to check.
@@ -100,6 +106,8 @@ struct Maker<'a> {
     unprepared: &'a Unprepared,
     watch: Watch<'a>,
     extractor: &'a mut Extractor,
+    /// Candidates for the self-test.
+    clouds: Vec<TestCloud>,
 }
 
 impl Maker<'_> {
@@ -116,6 +124,12 @@ impl Maker<'_> {
             let inputs = to_learn(&parts[part], metadata, seed, &self.watch)?;
             let name = label.unwrap_or("a stranger");
             ensure!(!inputs.is_empty(), "the camera sees too little of {name}");
+            if part == 1
+                && let Some(label) = label
+            {
+                let clouds = inputs.iter().map(|input| TestCloud::of(label, input));
+                self.clouds.extend(clouds);
+            }
             let rows = features(&inputs, self.extractor, width)?;
             Ok(rows.thinned(times * KEPT_MAX[part]))
         };

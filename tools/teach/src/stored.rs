@@ -1,20 +1,22 @@
 //! A model on disk: the ONNX file with its history, and the file of kept features beside it.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use adaptation::{
-    Block, FEATURES, Head, Kept, features_path, inverse_temperature_of, set_inverse_temperature,
-    with_features,
+    Block, Familiar, Head, Kept, features_path, inverse_temperature_of, set_inverse_temperature,
 };
 use anyhow::{Context, Result, bail, ensure};
-use classifier::{Extractor, Model, ModelMetadata, Provider};
+use classifier::{Extractor, KnownBy, ModelMetadata, SelfTest, TestCloud, self_test_path};
 use onnx_file::ModelBuilder;
 use sim_dataset::digest::hex_digest;
 use sim_dataset::folder::REFERENCES;
-use whole_file::Draft;
 
 use crate::history::{HISTORY, Step};
+use crate::judge::Judge;
+pub use crate::together::Beside;
+use crate::together::write_together;
+pub use crate::unprepared::Unprepared;
+use crate::unprepared::extractor;
 
 /// A model that can be taught.
 #[derive(Debug, Clone)]
@@ -33,6 +35,10 @@ pub struct Stored {
     pub inverse_temperature: f64,
     /// Features of what it knows.
     pub kept: Kept,
+    /// What gives the known score; the network itself without it.
+    pub familiar: Option<Familiar>,
+    /// Clouds that it names rightly; none where there is no self-test beside it.
+    pub self_test: Vec<TestCloud>,
     bytes: Vec<u8>,
     builder: ModelBuilder,
 }
@@ -46,19 +52,14 @@ pub struct Changed {
     pub inverse_temperature: f64,
     /// Threshold of the known score.
     pub known_threshold: f64,
+    /// What gives that score.
+    pub known_by: KnownBy,
     /// A block for each label in order, and one of strangers.
     pub blocks: Vec<Block>,
+    /// Clouds for the self-test; what the new model does not name rightly is left out.
+    pub self_test: Vec<TestCloud>,
     /// What was done.
     pub step: Step,
-}
-
-/// A file to be written with a model.
-#[derive(Debug, Clone)]
-pub struct Beside {
-    /// Where.
-    pub path: PathBuf,
-    /// What.
-    pub bytes: Vec<u8>,
 }
 
 /// Sizes of what was written, in bytes.
@@ -102,8 +103,14 @@ impl Stored {
             remedy(&path)
         );
         let inverse_temperature = inverse_temperature_of(&builder).with_context(in_model)?;
+        let self_test = SelfTest::beside(&path, &metadata.run_id)?;
         Ok(Self {
+            self_test: self_test.unwrap_or_default().clouds,
             inverse_temperature,
+            familiar: match metadata.known_by {
+                KnownBy::Features => Familiar::of_known(&kept.blocks),
+                KnownBy::Network => None,
+            },
             path,
             digest,
             metadata,
@@ -113,6 +120,16 @@ impl Stored {
             bytes,
             builder,
         })
+    }
+
+    /// What judges answers of this model.
+    pub fn judge(&self) -> Judge<'_> {
+        Judge {
+            head: &self.head,
+            inverse_temperature: self.inverse_temperature,
+            familiar: self.familiar.as_ref(),
+            known_threshold: self.metadata.known_threshold,
+        }
     }
 
     /// What computes features of clouds.
@@ -131,7 +148,7 @@ impl Stored {
         references_of(&self.path)
     }
 
-    /// Writes the changed model to `out`: the model, its features, what is given beside it, and copies of the model and
+    /// Writes the changed model to `out`: the model, its features and self-test, what is given beside it, and copies of the model and
     /// features of before, to which [`crate::change::undo`] goes back. The model comes last, and all of it whole: where one
     /// cannot be written, nothing has changed.
     ///
@@ -145,8 +162,15 @@ impl Stored {
             .blocks
             .iter()
             .filter_map(|block| block.label.clone());
-        builder.set_metadata("labels", &labels.collect::<Vec<_>>().join(","));
-        builder.set_metadata("known_threshold", &changed.known_threshold.to_string());
+        let metadata = ModelMetadata {
+            labels: labels.collect(),
+            known_threshold: changed.known_threshold,
+            known_by: changed.known_by,
+            ..self.metadata.clone()
+        };
+        for (key, value) in metadata.to_entries() {
+            builder.set_metadata(key, &value);
+        }
         let mut history = self.history.clone();
         history.push(changed.step.clone());
         builder.set_metadata(HISTORY, &serde_json::to_string(&history)?);
@@ -173,7 +197,7 @@ impl Stored {
             path: out.to_path_buf(),
             bytes: model,
         });
-        write_together(&files)?;
+        write_together(&files, &changed.self_test)?;
         Ok(sizes)
     }
 
@@ -191,62 +215,20 @@ impl Stored {
             path: features_path(&model),
             bytes: self.kept.encode()?,
         };
+        let test = SelfTest {
+            model_id: self.metadata.run_id.clone(),
+            clouds: self.self_test.clone(),
+        };
+        let test = Beside {
+            path: self_test_path(&model),
+            bytes: test.encode()?,
+        };
         let model = Beside {
             path: model,
             bytes: self.bytes.clone(),
         };
-        Ok(vec![features, model])
+        Ok(vec![features, test, model])
     }
-}
-
-/// A model without its features.
-#[derive(Debug, Clone)]
-pub struct Unprepared {
-    /// Its file.
-    pub path: PathBuf,
-    /// SHA-256 of the file.
-    pub digest: String,
-    /// What the file says about itself.
-    pub metadata: ModelMetadata,
-    /// The layers that can be fitted again.
-    pub head: Head,
-    bytes: Vec<u8>,
-    builder: ModelBuilder,
-}
-
-impl Unprepared {
-    /// Reads a model.
-    ///
-    /// # Errors
-    /// The model cannot be used, or is not the robot's network.
-    pub fn open(path: &Path) -> Result<Self> {
-        let metadata = Model::load(path, Provider::Cpu, "CPU")?.metadata().clone();
-        let bytes =
-            std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let in_model = || format!("model {}", path.display());
-        let builder = ModelBuilder::decode(&bytes).with_context(in_model)?;
-        Ok(Self {
-            head: Head::of(&builder).with_context(in_model)?,
-            path: path.to_path_buf(),
-            digest: hex_digest(&bytes),
-            metadata,
-            bytes,
-            builder,
-        })
-    }
-
-    /// What computes features of clouds.
-    ///
-    /// # Errors
-    /// ONNX Runtime refuses the network.
-    pub fn extractor(&self) -> Result<Extractor> {
-        extractor(&self.builder, &self.metadata, &self.path)
-    }
-}
-
-fn extractor(model: &ModelBuilder, metadata: &ModelMetadata, path: &Path) -> Result<Extractor> {
-    let bytes = with_features(model)?;
-    Ok(Extractor::new(&bytes, metadata, FEATURES, path)?)
 }
 
 /// The folder of the undented objects of what a model knows: beside it, else the shipped one.
@@ -305,37 +287,4 @@ fn remedy(model: &Path) -> String {
         "make them: rosrun deformable_cobot teach --prepare --model {}",
         model.display()
     )
-}
-
-/// Writes all files whole, and under their names only once each of them is on the disk. The last one must be a model, which
-/// is loaded before.
-pub(crate) fn write_together(files: &[Beside]) -> Result<()> {
-    let mut drafts = Vec::with_capacity(files.len());
-    for Beside { path, bytes } in files {
-        let draft = || -> std::io::Result<Draft> {
-            if let Some(folder) = path.parent().filter(|folder| *folder != Path::new("")) {
-                std::fs::create_dir_all(folder)?;
-            }
-            let mut draft = Draft::of(path)?;
-            draft.file().write_all(bytes)?;
-            draft.file().sync_all()?;
-            Ok(draft)
-        };
-        let draft = draft().with_context(|| {
-            format!(
-                "cannot write {}; is there space, and may you write there? Nothing has changed",
-                path.display()
-            )
-        })?;
-        drafts.push((draft, path));
-    }
-    if let Some((model, _)) = drafts.last() {
-        Model::load(model.path(), Provider::Cpu, "CPU").context("the new model cannot be used")?;
-    }
-    for (draft, path) in drafts {
-        draft
-            .finish()
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
 }

@@ -4,17 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use adaptation::{Block, FeatureRows, FitSettings};
+use adaptation::{Block, FeatureRows, FitSettings, KEPT_MAX};
 use anyhow::{Context, Result, bail, ensure};
+use classifier::TestCloud;
 use mesh::Mesh;
 use mesh::file::{MILLIMETRE, ply_bytes, read};
 use serde::Serialize;
 use sim_dataset::digest::hex_digest;
 use sim_dataset::folder::REFERENCES;
 
-use crate::adapt::{Adapted, KEPT_MAX, adapt};
+use crate::adapt::{Adapted, adapt};
 use crate::history::{Did, HeldOut, Step, origin_of};
-use crate::judge::{Judge, Judged, Twin, held_out, told_apart};
+use crate::judge::{Judged, Twin, held_out, told_apart};
 use crate::look::{Watch, features, features_of_samples, to_learn, to_measure};
 use crate::object::{Counts, check_label, extents_m, load, specimens};
 use crate::progress::Progress;
@@ -27,6 +28,8 @@ pub struct Order {
     pub label: String,
     /// Points or a mesh of it, +z up.
     pub scan: PathBuf,
+    /// What it was made of, for the history.
+    pub from: String,
     /// Length of the scan's unit, m.
     pub metres_per_unit: f64,
     /// Where the new model goes.
@@ -159,14 +162,19 @@ fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -
     let measured = measure(stored, &adapted, &test, &mesh)?;
     let bytes = std::fs::read(&order.scan)
         .with_context(|| format!("cannot read {}", order.scan.display()))?;
-    let from = order.scan.file_name().unwrap_or_default();
     let did = Did::Teach {
         label: order.label.clone(),
-        from: from.to_string_lossy().into_owned(),
+        from: order.from.clone(),
         sha256: hex_digest(&bytes),
         held_out: measured.held_out.clone(),
     };
-    let changed = adapted.changed(Step::now(did, &stored.digest));
+    let mut self_test = stored.self_test.clone();
+    self_test.extend(
+        check_inputs
+            .iter()
+            .map(|input| TestCloud::of(&order.label, input)),
+    );
+    let changed = adapted.changed(self_test, Step::now(did, &stored.digest));
     let folder = order.out.with_file_name(REFERENCES);
     let mut beside = references_for(stored, &folder)?;
     let reference = folder.join(format!("{}.ply", order.label));
@@ -206,11 +214,7 @@ fn measure(
     let judge = adapted.judge();
     let new = stored.head.classes();
     let answers: Vec<Judged> = test.iter().map(|samples| judge.judge(samples)).collect();
-    let before = Judge {
-        head: &stored.head,
-        inverse_temperature: stored.inverse_temperature,
-        known_threshold: stored.metadata.known_threshold,
-    };
+    let before = stored.judge();
     let references = stored.references()?;
     let mut others_right = [0.0; 2];
     let mut twins = Vec::new();

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use classifier::{Model, Provider};
+use classifier::{Model, Provider, SelfTest};
 use mesh::file::write_ply;
 use mesh::{Mesh, revolve};
 use serde_json::Value;
@@ -98,6 +98,15 @@ fn an_object_is_taught_listed_renamed_forgotten_and_taken_back() {
     assert_eq!(std::fs::read_dir(&references).unwrap().count(), 9);
     assert!(references.join("my-spool.ply").is_file());
     let first = std::fs::read(&out).unwrap();
+    let id = Model::load(&out, Provider::Cpu, "CPU").unwrap();
+    let id = &id.metadata().run_id;
+    let self_test = SelfTest::beside(&out, id).unwrap().unwrap();
+    assert!(
+        self_test
+            .clouds
+            .iter()
+            .any(|cloud| cloud.label == "medium-can")
+    );
 
     let listed = output(&["--list", "--model", model]);
     let rows = listed["labels"].as_array().unwrap();
@@ -121,6 +130,7 @@ fn an_object_is_taught_listed_renamed_forgotten_and_taken_back() {
     output(&["--undo", "--model", model]);
     output(&["--undo", "--model", model]);
     assert!(std::fs::read(&out).unwrap() == first);
+    assert_eq!(SelfTest::beside(&out, id).unwrap(), Some(self_test));
     output(&["--undo", "--model", model]);
     assert_eq!(labels(&out).len(), 8);
     let nothing = refusal(&["--undo", "--model", model], 1);

@@ -9,6 +9,7 @@ use classifier::Centring;
 use indicatif::ProgressBar;
 use training::network::NetworkKind;
 use training::network::backend::Backend;
+use training::network::start::Start;
 use training::progress;
 use training::run::{self, Order};
 use training::settings::Settings;
@@ -67,6 +68,12 @@ struct Arguments {
     /// F, features of a point
     #[arg(long, value_name = "F")]
     features: Option<usize>,
+    /// Begin with the weights of this model, which may know fewer objects, and not with random ones
+    #[arg(long, value_name = "ONNX")]
+    start: Option<PathBuf>,
+    /// Peak learning rate
+    #[arg(long)]
+    learning_rate: Option<f64>,
     /// Most epochs
     #[arg(long)]
     epochs: Option<usize>,
@@ -93,7 +100,7 @@ impl Arguments {
         self.model.clone().unwrap_or_else(default)
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self) -> Result<Settings> {
         let mut settings = match self.network {
             NetworkKind::Robot => Settings::default(),
             NetworkKind::Paper => Settings::of_paper(),
@@ -114,7 +121,10 @@ impl Arguments {
         settings.only_datasets = self.only_datasets;
         set(&mut settings.training.epochs, self.epochs);
         set(&mut settings.training.patience, self.patience);
-        settings
+        let rate = &mut settings.training.learning_rate;
+        *rate = self.learning_rate.unwrap_or(*rate);
+        settings.start = self.start.as_deref().map(Start::of).transpose()?;
+        Ok(settings)
     }
 }
 
@@ -125,7 +135,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<()> {
     let bar = ProgressBar::new(0);
     let order = Order {
-        settings: arguments.settings(),
+        settings: arguments.settings()?,
         datasets: arguments.datasets.clone(),
         output: arguments.output.clone(),
         model: arguments.model(),

@@ -4,6 +4,7 @@ pub mod augment;
 pub mod clouds;
 pub mod mesh_clouds;
 pub mod mesh_dataset;
+mod scans;
 pub mod simulate;
 pub mod source;
 pub mod specimens;

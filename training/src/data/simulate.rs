@@ -1,7 +1,7 @@
 //! Makes labelled clouds from many simulated scans.
 
 use anyhow::Result;
-use classifier::{Centring, ModelMetadata, preprocess};
+use classifier::{Centring, KnownBy, ModelMetadata, preprocess};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -24,6 +24,7 @@ pub fn preprocessing(point_count: usize, centring: Centring) -> ModelMetadata {
         network_version: crate::network::NETWORK_VERSION.to_owned(),
         run_id: "none".to_owned(),
         known_threshold: 0.0,
+        known_by: KnownBy::Network,
         trained_on: None,
     }
 }

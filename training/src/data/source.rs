@@ -4,16 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail, ensure};
 use classifier::ModelMetadata;
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
-use sim_objects::{Instances, ObjectClass};
+use sim_objects::ObjectClass;
 
 use super::clouds::{LabelledClouds, Split};
 use super::mesh_clouds;
-use super::mesh_dataset::{MeshDataset, MeshFile, sorted_labels};
-use super::simulate::simulate;
-use super::specimens::Labelled;
-use super::split::{SplitSettings, split};
+use super::mesh_dataset::{MeshDataset, sorted_labels};
+use super::scans::{scan, scan_to_keep};
+use super::split::SplitSettings;
 use super::trained_on::TrainedOn;
 use crate::code;
 use crate::network::NetworkKind;
@@ -40,6 +37,9 @@ pub struct Data {
     pub validation: LabelledClouds,
     /// Test set: evaluated once, after training; only of [`Source::Meshes`].
     pub test: Option<LabelledClouds>,
+    /// Clouds whose features are kept for `teach`: to fit layers with, and of other specimens to check with; not of
+    /// [`Source::Meshes`].
+    pub kept: Option<[LabelledClouds; 2]>,
 }
 
 impl Source {
@@ -152,10 +152,17 @@ impl<S: Fn(Stage) + Sync> Maker<'_, S> {
             name += "-only";
         }
         let clouds = self.kept_or_made(&name, || scan(dataset, settings, metadata, self.show))?;
+        let part = |split| clouds.part(split, settings.point_count);
+        let kept = self.kept_or_made(&format!("{name}-kept"), || {
+            scan_to_keep(dataset, settings, metadata, self.show)
+        })?;
+        let kept =
+            [Split::Train, Split::Validation].map(|split| kept.part(split, settings.point_count));
         Ok(Data {
-            train: clouds.part(Split::Train, settings.point_count),
-            validation: clouds.part(Split::Validation, settings.point_count),
+            train: part(Split::Train),
+            validation: part(Split::Validation),
             test: None,
+            kept: Some(kept),
         })
     }
 
@@ -185,6 +192,7 @@ impl<S: Fn(Stage) + Sync> Maker<'_, S> {
             train: part(Split::Train),
             validation: part(Split::Validation),
             test: Some(part(Split::Test)),
+            kept: None,
         })
     }
 
@@ -209,58 +217,4 @@ impl<S: Fn(Stage) + Sync> Maker<'_, S> {
         clouds.write(&path, &code)?;
         Ok(clouds)
     }
-}
-
-/// Training and validation clouds of simulated scans.
-fn scan(
-    dataset: &MeshDataset,
-    settings: &Settings,
-    metadata: &ModelMetadata,
-    show: &(impl Fn(Stage) + Sync),
-) -> Result<LabelledClouds> {
-    let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let split = split(dataset, &SplitSettings::of(settings))?;
-    let none = metadata.labels.len() as u32;
-    let labelled = |each, strangers, near, part| -> Result<Vec<Labelled>> {
-        let meshes = |object: &str| meshes_of(dataset, &split, object, part);
-        let mut labelled = Labelled::of(&metadata.labels, each, meshes)?;
-        labelled.extend(Labelled::nothing_known(none, strangers));
-        if near > 0 {
-            labelled.extend(Labelled::near_strangers(none, near, Instances::Training));
-        }
-        Ok(labelled)
-    };
-    let fewer = settings.validation_specimens_per_class;
-    let train = labelled(
-        settings.specimens_per_class,
-        settings.strangers,
-        settings.near_strangers,
-        Split::Train,
-    )?;
-    let near = fewer.min(settings.near_strangers);
-    let validation = labelled(fewer, fewer, near, Split::Validation)?;
-    let specimens = train
-        .iter()
-        .chain(&validation)
-        .map(|labelled| labelled.count);
-    show(Stage::Scanning {
-        specimens: specimens.sum(),
-    });
-    let mut clouds = LabelledClouds::new(metadata.point_count, metadata.columns());
-    for (labelled, split) in [(&train, Split::Train), (&validation, Split::Validation)] {
-        let finished = || show(Stage::Scanned);
-        let (scans, seed) = (&settings.scans, random.random());
-        clouds.append(simulate(labelled, split, scans, metadata, seed, finished)?);
-    }
-    Ok(clouds)
-}
-
-/// The meshes of an object in one part of the split.
-fn meshes_of(dataset: &MeshDataset, split: &[Split], object: &str, part: Split) -> Vec<MeshFile> {
-    let label = dataset.labels.iter().position(|label| label == object);
-    let is_wanted =
-        |mesh: &MeshFile, split: Split| Some(mesh.label as usize) == label && split == part;
-    let pairs = dataset.meshes.iter().zip(split);
-    let wanted = pairs.filter(|(mesh, split)| is_wanted(mesh, **split));
-    wanted.map(|(mesh, _)| mesh.clone()).collect()
 }

@@ -8,6 +8,7 @@ mod paper;
 pub mod product;
 mod robot;
 pub mod shared_max;
+pub mod start;
 #[cfg(test)]
 mod testing;
 
