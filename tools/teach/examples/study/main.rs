@@ -83,7 +83,7 @@ fn main() -> Result<()> {
     if let Some(folder) = &arguments.save_objects {
         std::fs::create_dir_all(folder)?;
         for (name, mesh) in shapes::all().iter().take(arguments.objects) {
-            write_ply(&folder.join(format!("{name}.ply")), mesh)?;
+            write_ply(folder.join(format!("{name}.ply")), mesh)?;
         }
         return Ok(());
     }
