@@ -155,6 +155,8 @@ fn rows(arguments: &Arguments, stored: &Stored, test: &Test, new: &[New]) -> Res
                 }
             }
             state = methods::after(state, adapted);
+            // It stands in the file.
+            state.history.push(step_of(object, &stored.digest));
         }
         eprintln!("{name}: at most {seconds:.1} s to adapt");
     }
