@@ -48,9 +48,36 @@ struct Cell {
     sum: Vector3<f64>,
 }
 
+impl Cell {
+    fn mean(&self) -> Point3<f32> {
+        Point3::from((self.sum / f64::from(self.count)).cast::<f32>())
+    }
+}
+
+/// What the six cubes at a cube's faces hold.
+struct Around {
+    /// Points of all six and of the cube itself.
+    sum: u32,
+    /// Points of the fullest of the six.
+    most: u32,
+}
+
 const VACANT: u32 = u32::MAX;
 const BITS: u32 = 21;
 const HALF_RANGE: f32 = (1 << (BITS - 1)) as f32;
+
+/// From a cube's key to those of the cubes at its faces.
+const NEIGHBOURS: [u64; 6] = {
+    let (x, y, z) = (1_u64 << (2 * BITS), 1_u64 << BITS, 1_u64);
+    [
+        x,
+        y,
+        z,
+        x.wrapping_neg(),
+        y.wrapping_neg(),
+        z.wrapping_neg(),
+    ]
+};
 
 impl Grid {
     /// An empty grid of cubes of side `size_m`, one of which has a corner at the origin.
@@ -94,9 +121,49 @@ impl Grid {
 
     /// The mean of each cube's points, in the order in which the cubes were first met.
     pub fn means(&self) -> impl ExactSizeIterator<Item = Point3<f32>> {
-        self.cells
-            .iter()
-            .map(|cell| Point3::from((cell.sum / f64::from(cell.count)).cast::<f32>()))
+        self.cells.iter().map(Cell::mean)
+    }
+
+    /// The means of the cubes that are not noise, in the order of [`Grid::means`]. Noise are cubes that hold less than
+    /// `neighbour_share` of the points of one of their six neighbours: measurements of that neighbour's surface that missed it.
+    /// And cubes that with these neighbours hold less than `support_share` of what is usual (the median): strays, such as depth
+    /// cameras see between two edges. Cubes of few views hold few points, and nearly all of them stay.
+    pub fn means_without_noise(
+        &self,
+        neighbour_share: f32,
+        support_share: f32,
+    ) -> Vec<Point3<f32>> {
+        let around: Vec<Around> = self.cells.iter().map(|cell| self.around(cell)).collect();
+        let mut sums: Vec<u32> = around.iter().map(|around| around.sum).collect();
+        let middle = sums.len() / 2;
+        let median = match sums.get(middle) {
+            Some(_) => *sums.select_nth_unstable(middle).1,
+            None => return vec![],
+        };
+        let is_surface = |cell: &Cell, around: &Around| {
+            cell.count as f32 >= neighbour_share * around.most as f32
+                && around.sum as f32 >= support_share * median as f32
+        };
+        let cells = self.cells.iter().zip(&around);
+        cells
+            .filter(|(cell, around)| is_surface(cell, around))
+            .map(|(cell, _)| cell.mean())
+            .collect()
+    }
+
+    fn around(&self, cell: &Cell) -> Around {
+        let none = Around {
+            sum: cell.count,
+            most: 0,
+        };
+        NEIGHBOURS.iter().fold(none, |around, step| {
+            let neighbour = self.find(cell.key.wrapping_add(*step));
+            let count = neighbour.map_or(0, |index| self.cells[index].count);
+            Around {
+                sum: around.sum + count,
+                most: around.most.max(count),
+            }
+        })
     }
 
     /// Index, in the order of [`Grid::means`], of the occupied cube around a position; `None` if its cube is empty.

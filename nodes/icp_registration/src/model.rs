@@ -14,6 +14,7 @@ pub(crate) struct Model {
 }
 
 /// The model as it is while a view is laid onto it.
+#[derive(Debug, Clone)]
 pub(crate) struct Searchable {
     pub(crate) points: Vec<Point3<f32>>,
     /// Of `points`.
@@ -53,7 +54,8 @@ impl Model {
     }
 
     pub(crate) fn points(&self) -> Vec<Point3<f32>> {
-        self.grid.means().collect()
+        self.grid
+            .means_without_noise(NEIGHBOUR_SHARE, SUPPORT_SHARE)
     }
 
     /// `None` for an empty model.
@@ -70,6 +72,12 @@ impl Model {
     }
 }
 
+/// What [`Grid::means_without_noise`] takes for noise. The more views, the more voxels around the surface hold a point: the RMS
+/// distance of simulated scans from the true surface was 1.03 mm in sweeps (13 views) and 0.84 mm in steps (3 views) with all
+/// voxels, 0.73 and 0.76 mm with these shares.
+const NEIGHBOUR_SHARE: f32 = 0.3;
+const SUPPORT_SHARE: f32 = 0.2;
+
 /// Voxels along the side of the patch that a normal is taken from: 8 mm at the default of 2 mm, in which the side of a
 /// can rises by a quarter of a millimetre, less than a D435i's noise.
-const PATCH_VOXELS: f32 = 4.0;
+pub(crate) const PATCH_VOXELS: f32 = 4.0;

@@ -40,6 +40,56 @@ fn agrees_with_an_ordered_map() {
     }
 }
 
+fn without_noise_slow(points: &[Point3<f32>], size_m: f32, shares: [f32; 2]) -> Vec<Point3<f32>> {
+    let mut cubes: BTreeMap<[i32; 3], Vec<Point3<f32>>> = BTreeMap::new();
+    for point in points {
+        let cube = point
+            .coords
+            .map(|coordinate| (coordinate / size_m).floor() as i32);
+        cubes.entry(cube.into()).or_default().push(*point);
+    }
+    let around = |cube: &[i32; 3]| -> Vec<usize> {
+        let neighbours = (0..3).flat_map(|axis| [-1, 1].map(|step| (axis, step)));
+        let count = |(axis, step): (usize, i32)| {
+            let mut neighbour = *cube;
+            neighbour[axis] += step;
+            cubes.get(&neighbour).map_or(0, Vec::len)
+        };
+        neighbours.map(count).collect()
+    };
+    let sum = |cube: &[i32; 3]| cubes[cube].len() + around(cube).iter().sum::<usize>();
+    let mut sums: Vec<usize> = cubes.keys().map(sum).collect();
+    sums.sort_unstable();
+    let is_surface = |cube: &[i32; 3]| {
+        let most = *around(cube).iter().max().unwrap();
+        cubes[cube].len() as f32 >= shares[0] * most as f32
+            && sum(cube) as f32 >= shares[1] * sums[sums.len() / 2] as f32
+    };
+    let kept = cubes.iter().filter(|(cube, _)| is_surface(cube));
+    kept.map(|(_, points)| crate::centroid(points).unwrap())
+        .collect()
+}
+
+#[test]
+fn noise_agrees_with_an_ordered_map() {
+    for (seed, count) in [(11, 50), (12, 800), (13, 6000)] {
+        // Denser towards the middle.
+        let points: Vec<_> = crate::random::points(seed, count, 0.2)
+            .iter()
+            .map(|point| point * point.coords.norm())
+            .collect();
+        let mut grid = Grid::new(0.004).unwrap();
+        grid.extend(&points).unwrap();
+        for shares in [[0.0, 0.0], [0.3, 0.2], [0.9, 0.9], [2.0, 0.0]] {
+            let fast = grid.means_without_noise(shares[0], shares[1]);
+            let slow = without_noise_slow(&points, 0.004, shares);
+            assert_eq!(sorted(fast), sorted(slow), "{count} points, {shares:?}");
+        }
+    }
+    let empty = Grid::new(0.004).unwrap();
+    assert!(empty.means_without_noise(0.3, 0.2).is_empty());
+}
+
 #[test]
 fn adding_view_by_view_equals_adding_at_once() {
     let points = crate::random::points(5, 2000, 0.1);
