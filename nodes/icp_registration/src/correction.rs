@@ -60,8 +60,6 @@ pub(crate) fn correct(
 
 /// A step shorter than this ends the search, m: a twentieth of the camera's depth step.
 const STILL_M: f64 = 2e-5;
-/// A point whose neighbour lies farther aside than this many voxels hangs over the edge of what the model has seen.
-const ASIDE_VOXELS: f64 = 1.5;
 
 /// The linear equations of one step, and the memory that they are made in.
 struct Equations<'a> {
@@ -94,10 +92,9 @@ struct Row {
 
 impl<'a> Equations<'a> {
     fn new(twists: &'a Twists, parameters: &Parameters, capacity: usize) -> Self {
-        let max_aside_sq = (ASIDE_VOXELS * parameters.voxel_m).powi(2) as f32;
         Self {
             twists,
-            max_aside_sq,
+            max_aside_sq: parameters.aside_max_sq(),
             kept_fraction: parameters.kept_fraction,
             metric: parameters.metric,
             rows: Vec::with_capacity(capacity),

@@ -7,6 +7,7 @@
 //! first one was, as in the paper (Sec. VI-C and its reference implementation).
 
 mod align;
+mod axis_turn;
 mod change;
 mod check;
 mod closed_form;
@@ -28,6 +29,7 @@ mod time_offset;
 mod trust;
 mod visibility;
 
+pub use axis_turn::AxisTurn;
 pub use error::{RegisterError, RegistrationError};
 pub use evidence::{StopReason, ViewEvidence};
 pub use mount::Displacement;

@@ -21,6 +21,11 @@ impl Twists {
         (radius_m > 0.0).then_some(Self { centre, radius_m })
     }
 
+    /// Radius at which turns are measured, m.
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
+    }
+
     /// How far each motion by one unit moves the surface at this point along its normal.
     pub(crate) fn effect(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> Vector6<f64> {
         let normal: Vector3<f64> = normal.cast();

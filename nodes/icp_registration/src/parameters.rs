@@ -147,6 +147,13 @@ impl Parameters {
         }
     }
 
+    /// Square of the distance along the surface beyond which a point's neighbour does not count for it, m²: the point hangs
+    /// over the edge of what the model has seen.
+    pub(crate) fn aside_max_sq(&self) -> f32 {
+        const ASIDE_VOXELS: f64 = 1.5;
+        (ASIDE_VOXELS * self.voxel_m).powi(2) as f32
+    }
+
     /// Checks every number against its range.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point3};
 use parameter::ParameterError;
 
 use crate::align::Alignment;
+use crate::axis_turn::{AxisTurn, FirstView};
 use crate::change::{Sameness, same_object};
 use crate::check::{check_points, check_pose};
 use crate::coverage::Coverage;
@@ -29,6 +30,7 @@ pub struct Registrar {
     coverage: Coverage,
     count: Count,
     in_hand_frame: bool,
+    first: Option<FirstView>,
 }
 
 /// Where the search put a view: the evidence, and how exactly its place is known where kinematics gave the start.
@@ -55,6 +57,7 @@ impl Registrar {
             coverage: Coverage::default(),
             count: Count::default(),
             in_hand_frame: false,
+            first: None,
             parameters,
         })
     }
@@ -115,6 +118,7 @@ impl Registrar {
         let start = kinematic.unwrap_or_else(Isometry3::identity);
         self.fuse(points, &start)?;
         if let Some(pose) = kinematic {
+            self.first = FirstView::of(&self.model)?;
             self.mount.begin(&pose);
         }
         let evidence = ViewEvidence::first_view(start, points.len());
@@ -219,6 +223,20 @@ impl Registrar {
             });
         }
         Ok(pose)
+    }
+
+    /// By how much a view that was registered would still have to be turned about the hand's axis to lie on the first view.
+    ///
+    /// # Errors
+    /// Points too far away.
+    pub fn axis_turn(
+        &self,
+        points: &[Point3<f32>],
+        transform: &Isometry3<f64>,
+    ) -> Result<AxisTurn, RegistrationError> {
+        let sample = self.sample(points, transform)?;
+        let turn = |first: &FirstView| first.turn_of(&sample, &self.parameters);
+        self.first.as_ref().map_or(Ok(AxisTurn::default()), turn)
     }
 
     /// All accepted views in the common frame, one point a voxel, m.

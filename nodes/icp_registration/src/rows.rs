@@ -6,6 +6,7 @@ use nalgebra::{Point2, Point3};
 ///
 /// Made for a surface with points at about equal distances, asked for those within a few such distances: then only a
 /// few rows are looked at, and of each only the part that is near. Asking allocates nothing.
+#[derive(Debug, Clone)]
 pub(crate) struct Rows {
     side_m: f32,
     /// Smallest y and z.
@@ -17,7 +18,7 @@ pub(crate) struct Rows {
     spots: Vec<Spot>,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Spot {
     place: Point3<f32>,
     index: u32,

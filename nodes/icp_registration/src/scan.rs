@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Context;
-use icp_registration::{Parameters, Registrar, TimeOffsets, ViewEvidence};
+use icp_registration::{AxisTurn, Parameters, Registrar, TimeOffsets, ViewEvidence};
 use msg::deformable_cobot::{RegisteredCloud, StageTime, View, ViewRegistration};
 use msg::std_msgs::Header;
 use msg::{Duration, timing};
@@ -82,13 +82,15 @@ impl Scan {
             );
         }
         let evidence = self.registrar.add_view(&decoded.points, hand_from_camera)?;
-        match &hand_from_camera {
-            // A motion that the surfaces leave free may be the one that is looked for.
-            Some(kinematic) if evidence.accepted && evidence.degenerate_directions == 0 => {
-                self.offsets
-                    .note(view.wrist_rate, kinematic, &evidence.transform);
-            }
-            _ => {}
+        if let Some(kinematic) = &hand_from_camera
+            && evidence.accepted
+        {
+            let pose = &evidence.transform;
+            let turn = match view.wrist_rate {
+                0.0 => AxisTurn::default(),
+                _ => self.registrar.axis_turn(&decoded.points, pose)?,
+            };
+            self.offsets.note(view.wrist_rate, kinematic, pose, turn);
         }
         if !evidence.accepted {
             log::warn!(

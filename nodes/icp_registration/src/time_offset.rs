@@ -3,17 +3,19 @@
 //! Kinematics look the wrist's angle up at the image's stamp s. Where the image was really taken at s + δ of the joints'
 //! clock, a wrist that turns at the rate v was v δ farther on by then, and registration has to turn the view by −v δ about the hand's
 //! axis. An error of the camera mount asks for no such turn: all views' hands turn about that one axis, and so the share of
-//! the mount's error along it cancels. Hence the least squares of φᵢ = −(vᵢ − v₁) δ over the views, with φᵢ the turn that
-//! registration found for view i about the axis, measured against the first view, whose pose makes the frame.
+//! the mount's error along it cancels. Hence the least squares of φᵢ = −(vᵢ − v₁) δ over the views, with φᵢ the turn of
+//! view i about the axis against the first view, whose pose makes the frame: what registration found, and what is left of it
+//! ([`AxisTurn`]). Each view counts by how well its surfaces tell.
 //!
 //! Views of a wrist at rest, or all of one rate, tell nothing: the merged cloud is as good as without the offset then, and only
 //! turned as a whole.
 
 use nalgebra::Isometry3;
 
-/// Uncertainty that all turns of a scan have in common, beside what the residuals show, rad: as measured on simulated sweeps
-/// with joints off by up to 0.25 degrees.
-const TURN_SIGMA_RAD: f64 = 0.01;
+use crate::axis_turn::AxisTurn;
+
+/// Uncertainty that all turns of a scan have in common, rad: as of joints that are off by up to 0.25 degrees.
+const TURN_SIGMA_RAD: f64 = 0.003;
 /// Fewer views than this say too little about their own scatter.
 const VIEWS_MIN: usize = 4;
 /// An estimate less certain than this is none, s.
@@ -33,44 +35,59 @@ pub struct TimeOffset {
 pub struct TimeOffsets {
     /// Rate of the first view, rad/s.
     first_rad_s: Option<f64>,
-    /// Of the other views: by how much faster the wrist turned (rad/s), and the turn that was found (rad).
-    turns: Vec<(f64, f64)>,
+    others: Vec<Turned>,
+}
+
+/// A view after the first.
+#[derive(Debug, Clone, Copy)]
+struct Turned {
+    /// By how much faster the wrist turned than in the first view, rad/s.
+    faster_rad_s: f64,
+    /// φ, rad.
+    turn_rad: f64,
+    /// Inverse of its variance, rad⁻².
+    information: f64,
 }
 
 impl TimeOffsets {
-    /// Notes a view: the rate of the wrist at its stamp, hand_from_camera by kinematics, and as registered.
+    /// Notes a view: the rate of the wrist at its stamp, hand_from_camera by kinematics and as registered, and the turn that is
+    /// left then.
     pub fn note(
         &mut self,
         rate_rad_s: f64,
         kinematic: &Isometry3<f64>,
         registered: &Isometry3<f64>,
+        left: AxisTurn,
     ) {
         let Some(first_rad_s) = self.first_rad_s else {
             self.first_rad_s = Some(rate_rad_s);
             return;
         };
         let found = registered.rotation * kinematic.rotation.inverse();
-        self.turns
-            .push((rate_rad_s - first_rad_s, found.scaled_axis().z));
+        self.others.push(Turned {
+            faster_rad_s: rate_rad_s - first_rad_s,
+            turn_rad: found.scaled_axis().z + left.left_rad,
+            information: left.information,
+        });
     }
 
     /// What the views tell; `None` where it is too little.
     pub fn estimate(&self) -> Option<TimeOffset> {
-        if self.turns.len() < VIEWS_MIN {
+        if self.others.len() < VIEWS_MIN {
             return None;
         }
-        let sum = |of: fn(&(f64, f64)) -> f64| self.turns.iter().map(of).sum::<f64>();
-        let information = sum(|(rate_rad_s, _)| rate_rad_s * rate_rad_s);
-        let offset_s = -sum(|(rate_rad_s, turn_rad)| rate_rad_s * turn_rad) / information;
-        let residuals: f64 = self
-            .turns
-            .iter()
-            .map(|(rate_rad_s, turn_rad)| (turn_rad + rate_rad_s * offset_s).powi(2))
-            .sum();
-        let scatter_sq = residuals / (self.turns.len() - 1) as f64 / information;
-        // The views of one scan share the first view's error and the joints'.
-        let shared_sq = TURN_SIGMA_RAD * TURN_SIGMA_RAD * self.turns.len() as f64 / information;
-        let sigma_s = (scatter_sq + shared_sq).sqrt();
+        let sum = |of: &dyn Fn(&Turned) -> f64| self.others.iter().map(of).sum::<f64>();
+        let information = sum(&|view| view.information * view.faster_rad_s.powi(2));
+        let pull = sum(&|view| view.information * view.faster_rad_s * view.turn_rad);
+        let offset_s = -pull / information;
+        let residual_sq = |view: &Turned| {
+            let residual_rad = view.turn_rad + view.faster_rad_s * offset_s;
+            view.information * residual_rad * residual_rad
+        };
+        // Residuals that are larger than they should be tell of what the views' own uncertainties leave out.
+        let scatter = (sum(&residual_sq) / (self.others.len() - 1) as f64).max(1.0);
+        let shared_sq = TURN_SIGMA_RAD.powi(2) * sum(&|view| view.information) / information;
+        let sigma_s = (scatter / information + shared_sq).sqrt();
         (sigma_s <= SIGMA_MAX_S).then_some(TimeOffset { offset_s, sigma_s })
     }
 }
@@ -99,7 +116,11 @@ mod tests {
         let registered_from_hand = believed(0) * actual(0, rates_rad_s[0]).inverse();
         for (index, rate_rad_s) in rates_rad_s.iter().enumerate() {
             let registered = registered_from_hand * actual(index, *rate_rad_s);
-            offsets.note(*rate_rad_s, &believed(index), &registered);
+            let left = AxisTurn {
+                left_rad: 0.0,
+                information: 1e4,
+            };
+            offsets.note(*rate_rad_s, &believed(index), &registered, left);
         }
         offsets
     }
