@@ -187,6 +187,8 @@ fn changed(arguments: &Arguments, stored: &Stored) -> Result<Option<Change>> {
         .context("no name of an object was given")?;
     // Before the arm moves for what cannot be taught.
     check_new(stored, &label)?;
+    // Before the recording, which ends by the same signal once the arm rests.
+    let stop = stop_on_signal()?;
     // Removed in the end.
     let folder = tempfile::tempdir().context("cannot make a folder for the views")?;
     let source = source(arguments, &label, folder.path())?;
@@ -200,7 +202,6 @@ fn changed(arguments: &Arguments, stored: &Stored) -> Result<Option<Change>> {
         fit: FitSettings::default(),
         seed: arguments.seed,
     };
-    let stop = stop_on_signal()?;
     let taught = teach(stored, &order, &stop)?;
     Ok(Some(Change::Taught(Box::new(taught))))
 }
