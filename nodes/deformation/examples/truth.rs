@@ -21,7 +21,7 @@ struct Arguments {
     #[arg(long, default_value_t = 400)]
     scans: usize,
     /// Seed of the first; the next one's is one more
-    #[arg(long, default_value_t = 60_000)]
+    #[arg(long, default_value_t = 62_000)]
     seed: u64,
     /// Only one of the gripper's pads presses
     #[arg(long)]

@@ -25,7 +25,7 @@ const TIP_REACH_M: f64 = 0.007;
 const INSIDE_SHARE: f64 = 0.3;
 /// Radius within which a stereo camera's matching window and the cloud's voxels make a tip blunt: the cone's own tip lies
 /// so much farther down its slope.
-const BLUNT_M: f64 = 0.001_3;
+const BLUNT_M: f64 = 0.002_4;
 const ROUNDS: usize = 4;
 const POINTS_MIN: usize = 6;
 

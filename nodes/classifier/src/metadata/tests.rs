@@ -41,7 +41,7 @@ fn each_missing_key_is_named() {
     let all = example().to_entries();
     for (missing, _) in all
         .iter()
-        .filter(|entry| ![NORMALS, TRAINED_ON].contains(&entry.0))
+        .filter(|entry| ![NORMALS, KNOWN_BY, TRAINED_ON].contains(&entry.0))
     {
         let rest: Vec<_> = all.iter().filter(|e| e.0 != *missing).cloned().collect();
         assert_eq!(read(&rest), Err(MetadataError::Missing { key: missing }));

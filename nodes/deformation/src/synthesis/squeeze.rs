@@ -57,7 +57,7 @@ const ROBUST: f64 = 3.0;
 /// Neighbouring points err alike: so many count as one.
 const ALIKE: f64 = 8.0;
 /// What the deformer errs by beside the Hessian's standard deviations: measured on simulated scans.
-const MODEL_FACTOR: f64 = 1.2;
+const MODEL_FACTOR: f64 = 1.55;
 
 /// Standard deviations of the unknowns before anything is seen: m, then rad, m and shares. Nothing says that both depths are
 /// alike.

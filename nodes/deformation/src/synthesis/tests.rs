@@ -116,7 +116,7 @@ fn the_coarse_shell_gives_way_as_the_generators_fine_mesh_does() {
 #[test]
 fn a_dent_whose_rim_is_seen_is_known_and_one_of_which_nothing_is_seen_is_not() {
     let truth = squeezed(ObjectClass::MediumCan, 0.010, 3);
-    let rim = answer(&truth, 2.6, true);
+    let rim = answer(&truth, 2.75, true);
     let [dent] = rim.unseen_dents() else {
         panic!("{:?}", rim.unsaid());
     };
