@@ -37,6 +37,9 @@ def ended(client, timeout_s=60):
     import actionlib
     import rospy
     assert client.wait_for_result(rospy.Duration(timeout_s))
+    # A status from before the result, handled after it, makes the client take the goal for active again until the next one.
+    live = (actionlib.GoalStatus.PENDING, actionlib.GoalStatus.ACTIVE)
+    wait_until(lambda: client.get_state() not in live, 5, 'the status of a goal that has its result')
     return actionlib.GoalStatus.to_string(client.get_state()), client.get_result()
 
 

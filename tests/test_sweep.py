@@ -1,14 +1,17 @@
 """Scans in one sweep: views come while the wrist turns."""
 
+import re
 import shutil
 import signal
 import threading
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 
 from graph import Listener
 from processes import wait_until
 from test_action import W2, ended, make_client
+from test_diagnostics import Diagnostics
 
 pytestmark = [pytest.mark.built, pytest.mark.timeout(240)]
 
@@ -83,6 +86,18 @@ def test_a_rate_that_blurs_is_refused_before_anything_turns(sim):
     graph = sim(view_capture={'exposure_s': 0.06})
     error = sweep(graph).error
     assert 'moves by 3.1' in error and 'blur_max_m' in error and 'sweep_rate_rad_s' in error
+
+
+def test_sweeps_tell_by_how_much_the_clocks_differ_and_are_refused_beyond_the_bound(sim):
+    # Stamps are 30 ms late.
+    graph = sim(sim_camera={'stamp_offset_s': 0.03}, view_capture={'time_offset_max_s': 0.02})
+    diagnostics = Diagnostics()
+    refused = next(error for error in (sweep(graph).error for _ in range(10)) if error)
+    assert 'time_offset_max_s' in refused and 'later than their stamps say' in refused
+    told = diagnostics.wait('view_capture: time offset', DiagnosticStatus.WARN, 'later than their stamps say')
+    offset_ms = float(re.search(r'taken (-?[\d.]+) ±', told.message).group(1))
+    assert -45 < offset_ms < -20, told.message
+    assert graph.scan(views=2).error == '', 'views at rest need no common clock'
 
 
 def test_a_sweep_is_the_scan_of_who_asks_for_nothing_else_where_it_is_configured(sim):
