@@ -32,7 +32,7 @@ pub struct Synthesis {
     pub vertices: Vec<Point3<f64>>,
     /// Indices into the vertices, three each, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Root mean square of the cloud's distances from it, strays counted as [`STRAY_M`].
+    /// Root mean square of the cloud's distances from it, strays counted as 4 mm.
     pub rms_m: f64,
 }
 
