@@ -4,15 +4,16 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::kept::{Block, FeatureRows};
 
-/// The common covariance of all classes counts as so many clouds in that of each: few clouds alone leave directions without
-/// any spread.
+/// Shrinkage of each class's covariance towards the mean covariance of all classes: the latter weighs as much as this number
+/// of clouds. A covariance of few clouds alone would be singular.
 const COMMON_CLOUDS: f64 = 50.0;
-/// Added to each variance, as a part of the mean one, so that a feature that never changes does not decide alone.
+/// Ridge regularisation: this share of the mean variance is added to the diagonal of each covariance. Without it, a feature with
+/// (almost) no variance would dominate the Mahalanobis distance.
 const RIDGE: f64 = 1e-3;
 
-/// A normal distribution of the features of each known object (Lee et al. 2018, A simple unified framework for detecting
-/// out-of-distribution samples; here with a covariance for each class). The network's own score, the negative energy, is
-/// only right for objects that its features were trained to tell from strangers.
+/// Out-of-distribution detector: one Gaussian distribution of the pooled features for each known class (Lee et al. 2018, "A
+/// simple unified framework for detecting out-of-distribution samples"; they share one covariance among all classes, here each class
+/// has its own). The network's own energy score is reliable only for the classes that the network was trained on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Familiar {
     classes: Vec<Normal>,

@@ -124,10 +124,14 @@ impl Grid {
         self.cells.iter().map(Cell::mean)
     }
 
-    /// The means of the cubes that are not noise, in the order of [`Grid::means`]. Noise are cubes that hold less than
-    /// `neighbour_share` of the points of one of their six neighbours: measurements of that neighbour's surface that missed it.
-    /// And cubes that with these neighbours hold less than `support_share` of what is usual (the median): strays, such as depth
-    /// cameras see between two edges. Cubes of few views hold few points, and nearly all of them stay.
+    /// The means of the voxels that are not noise, in the order of [`Grid::means`]. Two kinds of voxels are removed:
+    ///
+    /// - those with fewer points than `neighbour_share` times the points of one of their six face neighbours: the surface lies in
+    ///   that neighbour, and depth noise put some of its points here;
+    /// - those that together with their face neighbours hold fewer points than `support_share` times the median of this sum: outliers,
+    ///   such as flying pixels at depth edges.
+    ///
+    /// In a cloud of few views the counts are small, and nearly all voxels stay.
     pub fn means_without_noise(
         &self,
         neighbour_share: f32,

@@ -71,8 +71,8 @@ impl Model {
     /// and [`Model::fallback_reason`] says why. `device` is OpenVINO's: CPU, GPU or AUTO.
     ///
     /// # Errors
-    /// The file or ONNX Runtime is missing, or the file is not a model as in [`ModelMetadata`],
-    /// [`crate::INPUT_NAME`] and [`crate::OUTPUT_NAME`].
+    /// The file or ONNX Runtime is missing; the file lacks the metadata of [`ModelMetadata`]; or its input and output are not named
+    /// and shaped as [`crate::INPUT_NAME`] and [`crate::OUTPUT_NAME`] describe.
     pub fn load(path: &Path, provider: Provider, device: &str) -> Result<Self, LoadError> {
         Self::load_with(path, Some(&features_path(path)), provider, device)
     }
@@ -171,7 +171,8 @@ impl Model {
         answer(&output, &self.metadata, timing)
     }
 
-    /// The most probable label, and its probability, for an `input` of one or more samples, as from [`preprocess_parts`].
+    /// Runs the network and returns the most probable label with its probability. `input` holds one or more samples of one cloud, as
+    /// [`preprocess_parts`] makes them; their answers are averaged.
     ///
     /// # Errors
     /// The input is of another size than the network's, or the network failed.

@@ -19,7 +19,7 @@ pub fn self_test_path(model: &Path) -> PathBuf {
     model.with_extension("selftest.json")
 }
 
-/// Clouds with the label that the model must give them.
+/// Test clouds, each with its expected label. A model that names one of them wrongly is refused when it is loaded.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SelfTest {

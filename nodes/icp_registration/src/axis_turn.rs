@@ -14,6 +14,7 @@ use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 use crate::error::RegistrationError;
 use crate::matching::Matcher;
 use crate::model::{Model, PATCH_VOXELS, Searchable};
+use crate::mount::SURFACE_SIGMA_M;
 use crate::observability::Twists;
 use crate::parameters::Parameters;
 
@@ -26,8 +27,6 @@ pub struct AxisTurn {
     pub information: f64,
 }
 
-/// How far a view's surface is off its place once it is registered, along its normal, m.
-const SURFACE_SIGMA_M: f64 = 0.001;
 /// Points farther than this from the first view's surface lie on something else, m: four times a D435i's noise at half a metre.
 const GAP_MAX_M: f32 = 0.004;
 /// Cosine of the largest angle between the normals of a pair.

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 use crate::observability::Certainty;
 
 /// How far a view's surface is off its place once it is registered, along its normal, m.
-const SURFACE_SIGMA_M: f64 = 0.001;
+pub(crate) const SURFACE_SIGMA_M: f64 = 0.001;
 
 /// What was learned from the views so far.
 #[derive(Debug, Clone, Default)]

@@ -41,7 +41,7 @@ pub struct TimeOffsets {
 /// A view after the first.
 #[derive(Debug, Clone, Copy)]
 struct Turned {
-    /// By how much faster the wrist turned than in the first view, rad/s.
+    /// Wrist velocity in this view minus wrist velocity in the first view, rad/s.
     faster_rad_s: f64,
     /// φ, rad.
     turn_rad: f64,

@@ -4,7 +4,8 @@ use baxter::{Silence, StateRefusal};
 
 use crate::parameters::Surroundings;
 
-/// Slowest rate of a turn that may be asked for, rad/s. A slower joint cannot be told from one at rest by its measured velocity.
+/// Lower limit of the requested rate of a turn, rad/s. The measured velocity of a slower joint cannot be distinguished from noise
+/// at rest.
 pub(crate) const RATE_MIN_RAD_S: f64 = 0.05;
 
 /// Why the arm must not move.

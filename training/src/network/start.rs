@@ -11,7 +11,7 @@ use sim_dataset::digest::hex_digest;
 
 use crate::network::Network;
 
-/// The layer that has a column for each class.
+/// Name of the last layer, the only one whose shape depends on the number of classes: one output for each.
 const LAST: &str = "head_2";
 
 /// A model file whose weights training begins with.

@@ -1,8 +1,9 @@
 //! Two opposite pads, fitted to what was seen.
 //!
-//! Unknown are the place of the first pad and the depth of each; the second pad is opposite, as a parallel gripper's is.
-//! By Gauss-Newton with Levenberg's damping, derivatives by differences, under Geman and McClure's loss. The pose and the
-//! size of the reference are free beside them, to first order: a dent pulls at them when they are fitted without it.
+//! The unknowns are the position of the first pad on the surface and the depth of both pads. The second pad is opposite to the
+//! first, as in a parallel gripper. They are estimated by Gauss-Newton with Levenberg damping and finite differences, under the
+//! robust loss of Geman and McClure. Pose and size of the reference are refined at the same time, to first order, because a dent
+//! biases them when they are fitted without it.
 
 use arap::ArapError;
 use nalgebra::{Point3, SMatrix, SVector, Vector3};
@@ -196,7 +197,7 @@ impl Task<'_> {
         self.sights.iter().map(robust).sum::<f64>() + unlike.norm_squared()
     }
 
-    /// How far each unknown is from where it began.
+    /// The difference of each unknown from its initial value; divided by the prior standard deviations, it is the residual of the prior.
     fn unlike(&self, squeeze: &Squeeze) -> Row {
         let away = squeeze.pads[0].centre - self.start;
         let [across, up] = ways(&squeeze.pads[0]).map(|way| way.dot(&away));
