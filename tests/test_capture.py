@@ -110,7 +110,7 @@ def test_a_stop_between_two_turns_ends_the_whole(sim, entry):
 def test_passive_views_come_one_by_one_and_none_is_lost(sim):
     from deformable_cobot.msg import RegisteredCloud, View
     count = 20
-    graph = sim(mode='passive', view_count=count, separation_rad=0.05)
+    graph = sim(mode='passive', motion='steps', view_count=count, separation_rad=0.05)
     views, registered = Listener('views', View), Listener('registered', RegisteredCloud)
     heard, images = {}, Listener('/camera/depth/camera_info')
     for index in range(count):
@@ -136,7 +136,7 @@ def test_passive_views_come_one_by_one_and_none_is_lost(sim):
 
 def test_a_passive_scan_that_turns_back_is_ended(sim):
     from deformable_cobot.msg import Classification
-    graph, answers = sim(mode='passive', view_count=4), Listener('classification', Classification)
+    graph, answers = sim(mode='passive', motion='steps', view_count=4), Listener('classification', Classification)
     refused = graph.scan()
     assert 'passive mode' in refused.error and '~mode to active' in refused.error
     images = Listener('/camera/depth/camera_info')

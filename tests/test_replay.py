@@ -29,7 +29,7 @@ def bag(shared_folder, tmp_path):
     return bag
 
 
-def record(core, bag, service='scan_object', request='views: 0'):
+def record(core, bag, service='scan_object', request='views: 3'):
     core.start()
     core.launch('sim.launch')
     wait_until(lambda: '/scan_object' in core.output('rosservice', 'list'), 60, 'scan_object', period_s=0.5)
@@ -61,7 +61,7 @@ def recorded_answer(bag):
 def test_replay_gives_the_recorded_answer(bag, core, rate):
     from deformable_cobot.msg import Classification, ObjectCloud
     wanted, cut_then = recorded_answer(bag), recorded(bag, '/object')[-1]
-    Graph(core, 'replay.launch', bag=bag, rate=rate)
+    Graph(core, 'replay.launch', bag=bag, rate=rate, motion='steps')
     answers, objects = Listener('classification', Classification), Listener('object', ObjectCloud)
     answer = answers.next(timeout_s=90, accept=lambda answer: answer.complete)
     assert (answer.error, answer.label, answer.view_count) == ('', wanted.label, wanted.view_count)
@@ -74,7 +74,7 @@ def test_replay_gives_the_recorded_answer(bag, core, rate):
 def test_a_looping_bag_starts_afresh_each_time(bag, core):
     from deformable_cobot.msg import Classification, View
     wanted = recorded_answer(bag)
-    Graph(core, 'replay.launch', bag=bag, loop='true')
+    Graph(core, 'replay.launch', bag=bag, loop='true', motion='steps')
     views, answers = Listener('views', View), Listener('classification', Classification)
     seen = {}
     while len(seen) < 3:
@@ -144,8 +144,7 @@ def test_a_missing_bag_is_named(core):
     wait_until(lambda: '/nowhere.bag' in player.printed(), 30, 'message')
 
 
-def test_a_bag_of_a_sweep_replays_to_the_same_answer(core, tmp_path, checkout):
-    import shutil
+def test_a_bag_of_a_sweep_replays_to_the_same_answer(core, tmp_path):
     from deformable_cobot.msg import Classification
     bag = tmp_path / 'sweep.bag'
     recording = Core(tmp_path / 'recording')
@@ -155,12 +154,8 @@ def test_a_bag_of_a_sweep_replays_to_the_same_answer(core, tmp_path, checkout):
     finally:
         recording.stop()
     os.environ.update(core.environment)
-    config = tmp_path / 'config'
-    shutil.copytree(checkout / 'config', config)
-    with open(config / 'view_capture.yaml', 'a', encoding='utf-8') as file:
-        file.write('motion: sweep\n')
     wanted = recorded_answer(bag)
-    Graph(core, 'replay.launch', bag=bag, config=config, rate=2)
+    Graph(core, 'replay.launch', bag=bag, rate=2)
     answers = Listener('classification', Classification)
     answer = answers.next(timeout_s=90, accept=lambda answer: answer.complete)
     assert (answer.error, answer.label) == ('', wanted.label)

@@ -1,5 +1,7 @@
 """Parameters that are changed while the graph runs, by dynamic_reconfigure's own client and dynparam."""
 
+import shutil
+
 import pytest
 import yaml
 
@@ -48,11 +50,15 @@ def test_descriptions_have_defaults_and_bounds(sim):
             assert type(entry['default']) is {'int': int, 'double': float}[entry['type']]
 
 
-def test_a_change_counts_from_the_next_scan_on(sim):
+def test_a_change_counts_from_the_next_scan_on(sim, checkout, tmp_path):
     import rospy
     from deformable_cobot.msg import ObjectCloud
     from sensor_msgs.msg import PointCloud2
-    graph = sim()
+    config = tmp_path / 'config'
+    shutil.copytree(checkout / 'config', config)
+    with open(config / 'scan_server.yaml', 'a', encoding='utf-8') as file:
+        file.write('stop_when_confident: 0\n')
+    graph = sim(config=config, motion='steps')
     before = graph.scan()
     assert (before.error, before.result.view_count) == ('', 3)
 

@@ -42,9 +42,9 @@ class Wrist:
 
 
 class Scan:
-    """A scan in the background."""
+    """A scan in the background, by steps: a sweep may have its answer before the wrist turns."""
 
-    def __init__(self, graph, views=0):
+    def __init__(self, graph, views=3):
         self.begun = time.monotonic()
         self.response, self.failure, self.took_s = None, None, None
         self.thread = threading.Thread(target=self._work, args=(graph, views), daemon=True)

@@ -78,15 +78,18 @@ impl<S: Stages> Scanner<S> {
         let Ok(_busy) = self.busy.try_lock() else {
             return refused("a scan is already running; call again when it has ended");
         };
-        let life = &self.stages.until_wrist_stopped(life);
-        let plan = match self.stages.plan(wish.into(), life).await {
+        let (wish, life) = (wish.into(), &self.stages.until_wrist_stopped(life));
+        let plan = match self.stages.plan(wish, life).await {
             Ok(plan) => plan,
             Err(error) => return refused(&format!("no scan: {error:#}")),
         };
         let scan_id = new_scan_id();
         log::info!("scan {scan_id}: {plan:?}");
         self.progress.begin(&scan_id, plan.count());
-        let result = self.views_to_label(&scan_id, &plan, life).await;
+        let mut answers = Answers::new(&self.answers, &scan_id, self.parameters.sure_from(wish));
+        let result = self
+            .views_to_label(&scan_id, &plan, &mut answers, life)
+            .await;
         let since = self.progress.since();
         let (state, outcome) = match (&result, life.end()) {
             (Ok(_), _) => (State::Done, Outcome::Succeeded),
@@ -105,22 +108,22 @@ impl<S: Stages> Scanner<S> {
         &self,
         scan_id: &str,
         plan: &WristPlan,
+        answers: &mut Answers,
         life: &Life,
     ) -> anyhow::Result<Classification> {
-        let mut answers = Answers::new(&self.answers, scan_id);
         life.during(self.stages.until_registered()).await?;
         match plan {
             WristPlan::Rests(angles_rad) => {
-                self.views_at_rest(scan_id, angles_rad, &mut answers, life)
+                self.views_at_rest(scan_id, angles_rad, answers, life)
                     .await?;
             }
             WristPlan::Sweep { range_rad, count } => {
-                self.views_of_sweep(scan_id, *range_rad, *count, &mut answers, life)
+                self.views_of_sweep(scan_id, *range_rad, *count, answers, life)
                     .await?;
             }
         }
         self.progress.set(State::Classifying);
-        life.during(self.label(&mut answers)).await
+        life.during(self.label(answers)).await
     }
 
     async fn views_at_rest(
@@ -154,26 +157,13 @@ impl<S: Stages> Scanner<S> {
 
     /// Whether the answer to the views so far ends the scan; an error if a later stage has already failed.
     async fn is_sure(&self, answers: &mut Answers, views: u32) -> anyhow::Result<bool> {
-        let patience = if self.parameters.may_end_early() {
+        let patience = if answers.may_end_scan() {
             RUNNING_ANSWER_PATIENCE
         } else {
             Duration::ZERO
         };
-        let Some(answer) = answers.about(views, patience).await else {
-            return Ok(false);
-        };
-        self.suffices(answer)
-    }
-
-    /// Whether an answer ends the scan; an error if it says that a later stage has failed.
-    fn suffices(&self, answer: &Classification) -> anyhow::Result<bool> {
-        ensure!(
-            !answer.complete || answer.error.is_empty(),
-            "{}",
-            answer.error
-        );
-        let is_answer = answer.error.is_empty() && answer.known;
-        Ok(is_answer && self.parameters.is_sure(answer.probability))
+        answers.about(views, patience).await;
+        answers.suffice()
     }
 
     /// The answer to all views.

@@ -55,7 +55,7 @@ pub struct Parameters {
     pub object_z_max_m: f64,
     /// Whether TF knows where the camera is from the hand; without it views carry no pose.
     pub use_tf: bool,
-    /// Views of a scan unless the caller says otherwise.
+    /// Views of a scan by steps unless the caller says otherwise.
     pub view_count: u32,
     /// Angle of the left wrist in the middle of the views, rad; the right arm mirrors the left.
     pub centre_angle_rad: f64,
@@ -121,7 +121,7 @@ impl Default for Parameters {
             view_count: 3,
             centre_angle_rad: 0.0,
             view_step_rad: 0.6,
-            motion: Motion::Steps,
+            motion: Motion::Sweep,
             sweep_range_rad: 1.2,
             sweep_rate_rad_s: 1.15,
             view_spacing_rad: 0.1,

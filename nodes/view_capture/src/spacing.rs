@@ -15,25 +15,55 @@ pub struct Place {
     pub is_last: bool,
 }
 
-/// Chooses images by the wrist's angle at their stamps: the first image of each interval of the plan. An interval without an
-/// image has no view, and does not shift the others.
+/// Which part of a sweep the wrist is on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Leg {
+    /// To the beginning of the range.
+    Approach,
+    /// From the beginning of the range to its end.
+    Range,
+}
+
+/// Chooses images by the wrist's angle at their stamps: of each interval of the plan the first image, whichever way the wrist
+/// turns then. An interval without an image has no view, and does not shift the others.
 #[derive(Debug, Clone)]
 pub struct Spacing {
     plan: SweepPlan,
-    /// The next view is taken from here on, rad after the start.
-    due_rad: f64,
+    leg: Leg,
+    /// Bit k: the view that is k intervals from the beginning of the range was taken.
+    taken_places: u64,
     taken: u32,
+    is_over: bool,
 }
 
 impl Spacing {
-    /// Before the first image.
+    /// Before the first image, with the wrist at the beginning of the range.
     pub fn new(plan: &SweepPlan) -> Self {
         Self {
             plan: plan.clone(),
-            // Wherever the wrist is at the beginning.
-            due_rad: f64::NEG_INFINITY,
+            leg: Leg::Range,
+            taken_places: 0,
             taken: 0,
+            is_over: false,
         }
+    }
+
+    /// Before the first image, with the wrist within the range, on its way to the beginning.
+    pub fn from_within(plan: &SweepPlan) -> Self {
+        Self {
+            leg: Leg::Approach,
+            ..Self::new(plan)
+        }
+    }
+
+    /// The wrist has come to the beginning of the range, and goes through it from now on.
+    pub fn begin_range(&mut self) {
+        self.leg = Leg::Range;
+    }
+
+    /// Whether the wrist is on its way to the beginning of the range.
+    pub fn is_approach(&self) -> bool {
+        self.leg == Leg::Approach
     }
 
     /// How many views the plan has.
@@ -49,19 +79,24 @@ impl Spacing {
     /// The place of an image that was taken at `angle_rad`; `None` where the image is not chosen.
     pub fn take(&mut self, angle_rad: f64) -> Option<Place> {
         let turned_rad = (angle_rad - self.plan.from_rad) * self.plan.direction();
-        let is_last = turned_rad >= self.plan.range_rad() - END_RAD;
-        // The last view is due in any case; a NaN is no angle.
-        let is_due = turned_rad >= self.due_rad || is_last;
-        if !is_due || self.due_rad == f64::INFINITY {
+        if self.is_over || turned_rad.is_nan() {
             return None;
         }
         let step_rad = self.plan.step_rad();
-        let intervals = (turned_rad / step_rad).floor().max(0.0) + 1.0;
-        self.due_rad = if is_last {
-            f64::INFINITY
-        } else {
-            intervals * step_rad
+        let intervals = match self.leg {
+            Leg::Approach => ((turned_rad - END_RAD) / step_rad).ceil(),
+            Leg::Range => (turned_rad / step_rad).floor(),
         };
+        // The last view is due in any case.
+        let is_last = self.leg == Leg::Range && turned_rad >= self.plan.range_rad() - END_RAD;
+        let place = 1_u64
+            .checked_shl(intervals.max(0.0) as u32)
+            .unwrap_or(1 << 63);
+        if self.taken_places & place != 0 && !is_last {
+            return None;
+        }
+        self.taken_places |= place;
+        self.is_over = is_last;
         let index = self.taken;
         self.taken += 1;
         Some(Place { index, is_last })

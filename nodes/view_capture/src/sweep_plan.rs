@@ -25,6 +25,11 @@ impl SweepPlan {
         (self.to_rad - self.from_rad).signum()
     }
 
+    /// Whether the wrist passes an angle, rad.
+    pub fn is_within(&self, angle_rad: f64) -> bool {
+        (self.from_rad.min(self.to_rad)..=self.from_rad.max(self.to_rad)).contains(&angle_rad)
+    }
+
     /// From view to view, rad.
     pub fn step_rad(&self) -> f64 {
         self.range_rad() / f64::from(self.count.max(2) - 1)

@@ -79,7 +79,7 @@ impl<S: Stages> Scanner<S> {
                 },
                 answer = answers.next() => {
                     handed.answered = handed.answered.max(answer.view_count);
-                    match self.suffices(answer) {
+                    match answers.suffice() {
                         Ok(true) if !handed.is_complete => break Some(Stop::Sure),
                         Ok(_) => {}
                         Err(error) => break Some(Stop::Failed(error)),

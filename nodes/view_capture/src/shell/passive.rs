@@ -21,6 +21,9 @@ const JOINT_STATES: Expect = Expect {
 /// Views kept for a slow subscriber: those of a sweep come all at once, at its end.
 const VIEWS_KEPT: usize = 64;
 
+/// Rests without a sweep after which the log asks whether views are meant to be taken at rest.
+const RESTS_WITHOUT_SWEEP: u32 = 3;
+
 enum Event {
     Rested(RestView<Arc<Shot>>),
     Swept(Vec<PassageView<Arc<Shot>>>),
@@ -38,6 +41,7 @@ pub async fn watch(
     let motion = parameters.now().motion;
     let watched = Arc::new(Mutex::new(Watched {
         motion,
+        rest_count: 0,
         rests: Rests::new(parameters.now().rest_rules()),
         passages: Passages::new(parameters.now().passage_rules()),
     }));
@@ -91,6 +95,8 @@ pub async fn watch(
 /// What the joint states and clouds show so far.
 struct Watched {
     motion: Motion,
+    /// Rests since the last sweep.
+    rest_count: u32,
     rests: Rests<Arc<Shot>>,
     passages: Passages<Arc<Shot>>,
 }
@@ -98,20 +104,38 @@ struct Watched {
 impl Watched {
     fn on_cloud(&mut self, shot: Arc<Shot>) -> Option<Event> {
         let stamp = stamp::since_epoch(shot.cloud.header.stamp);
-        match self.motion {
-            Motion::Steps => self.rests.on_cloud(stamp, shot).map(Event::Rested),
-            Motion::Sweep => self.passages.on_cloud(stamp, shot).map(Event::Swept),
-        }
+        let rested = self.rests.on_cloud(stamp, Arc::clone(&shot));
+        let swept = self.passages.on_cloud(stamp, shot);
+        self.event(rested, swept)
     }
 
     fn on_joint(&mut self, sample: JointSample) -> Option<Event> {
-        match self.motion {
-            Motion::Steps => self.rests.on_joint(sample).map(Event::Rested),
-            Motion::Sweep => self.passages.on_joint(&sample).map(Event::Swept),
+        let rested = self.rests.on_joint(sample);
+        let swept = self.passages.on_joint(&sample);
+        self.event(rested, swept)
+    }
+
+    fn event(
+        &mut self,
+        rested: Option<RestView<Arc<Shot>>>,
+        swept: Option<Vec<PassageView<Arc<Shot>>>>,
+    ) -> Option<Event> {
+        if self.motion == Motion::Steps {
+            return rested.map(Event::Rested);
         }
+        self.rest_count += u32::from(rested.is_some());
+        if swept.is_some() {
+            self.rest_count = 0;
+        } else if rested.is_some() && self.rest_count == RESTS_WITHOUT_SWEEP {
+            log::warn!(
+                "the wrist has come to rest {RESTS_WITHOUT_SWEEP} times and made no sweep: were the views taken at rest?                  Then set motion of view_capture to steps (replay.launch motion:=steps)"
+            );
+        }
+        swept.map(Event::Swept)
     }
 
     fn reset(&mut self) {
+        self.rest_count = 0;
         self.rests.reset();
         self.passages.reset();
     }

@@ -2,17 +2,17 @@
 
 use std::time::Duration;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use msg::deformable_cobot::View;
 use msg::stamp;
 use node::Life;
 use tokio::sync::{oneshot, watch};
-use view_capture::{Spacing, SweepPlan, plan_sweep};
+use view_capture::{Spacing, plan_sweep};
 
 use super::capture::Capture;
 use super::clouds::Listening;
 
-/// Distance from the beginning of a sweep at which the wrist need not go there first, rad.
+/// Distance from the beginning of a range at which the wrist need not go there first, rad.
 const NEAR_RAD: f64 = 0.1;
 
 /// What somebody asks for.
@@ -24,7 +24,8 @@ pub struct Order<'a> {
 }
 
 impl Capture {
-    /// Turns the wrist through a range and takes views meanwhile. The arm rests when this returns.
+    /// Turns the wrist through a range and takes views meanwhile, also on the way to the beginning where the wrist is within the
+    /// range: the first view needs no motion. The arm rests when this returns.
     pub(super) async fn sweep(
         &self,
         order: &Order<'_>,
@@ -41,19 +42,29 @@ impl Capture {
         self.sources.offset.check()?;
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
-        if (wrist_rad - plan.from_rad).abs() > NEAR_RAD {
-            self.turn(plan.from_rad, life).await?;
-        } else {
-            plan.from_rad = wrist_rad;
-        }
+        let mut hand_out = |view| {
+            self.sources.wrist.check_clock_since(clock_steps)?;
+            self.hand_out(order, view, views);
+            Ok(())
+        };
         let mut spacing = Spacing::new(&plan);
-        let taken = self
-            .turn_and_look(&plan, &mut spacing, &listening, life, |view| {
-                self.sources.wrist.check_clock_since(clock_steps)?;
-                self.hand_out(order, view, views);
-                Ok(())
-            })
-            .await;
+        let taken = async {
+            if (wrist_rad - plan.from_rad).abs() <= NEAR_RAD {
+                plan.from_rad = wrist_rad;
+                spacing = Spacing::new(&plan);
+            } else if plan.is_within(wrist_rad) {
+                spacing = Spacing::from_within(&plan);
+                let to_rad = plan.from_rad;
+                self.turn_and_look(to_rad, &mut spacing, &listening, life, &mut hand_out)
+                    .await?;
+                spacing.begin_range();
+            } else {
+                self.turn(plan.from_rad, life).await?;
+            }
+            self.turn_and_look(plan.to_rad, &mut spacing, &listening, life, &mut hand_out)
+                .await
+        }
+        .await;
         *count = spacing.taken();
         let planned = plan.count;
         // What a clock that was set leads to is a consequence.
@@ -71,17 +82,18 @@ impl Capture {
         Ok(())
     }
 
-    /// Both at once. Where one fails, the other ends.
+    /// Both at once, until the wrist rests and, at the end of the sweep, until its last view is there. Where one fails, the
+    /// other ends.
     async fn turn_and_look(
         &self,
-        plan: &SweepPlan,
+        to_rad: f64,
         spacing: &mut Spacing,
         listening: &Listening,
         life: &Life,
         hand_out: impl FnMut(View) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let (blind, is_blind) = oneshot::channel::<String>();
-        let (stopped, is_stopped) = watch::channel(false);
+        let (arrived, is_arrived) = watch::channel(false);
         let turn_life = life.and_until(async {
             match is_blind.await {
                 Ok(reason) => reason,
@@ -89,32 +101,28 @@ impl Capture {
             }
         });
         let rate_rad_s = self.parameters.now().sweep_rate_rad_s;
+        let is_approach = spacing.is_approach();
         let turning = async {
-            let turned = self.turn_at(rate_rad_s, plan.to_rad, &turn_life).await;
-            stopped.send_replace(turned.is_err());
+            let turned = self.turn_at(rate_rad_s, to_rad, &turn_life).await;
+            arrived.send_replace(is_approach || turned.is_err());
             turned
         };
         let looking = async {
-            let mut is_stopped = is_stopped.clone();
+            let mut is_arrived = is_arrived.clone();
             let looked = tokio::select! {
                 biased;
-                _ = is_stopped.wait_for(|stopped| *stopped) => Err(None),
-                looked = self.look_during(spacing, listening, hand_out) => looked.map_err(Some),
+                _ = is_arrived.wait_for(|arrived| *arrived) => return Ok(()),
+                looked = self.look_during(spacing, listening, hand_out) => looked,
             };
-            if let Err(Some(error)) = &looked {
+            if let Err(error) = &looked {
                 // Fails where the turn has ended already.
                 let _ = blind.send(format!("{error:#}"));
             }
             looked
         };
         let (turned, looked) = tokio::join!(turning, looking);
-        match (turned, looked) {
-            // The turn then ended for want of views.
-            (_, Err(Some(error))) => Err(error),
-            (Err(error), _) => Err(error),
-            (Ok(_), Ok(())) => Ok(()),
-            (Ok(_), Err(None)) => Err(anyhow!("the wrist stopped")),
-        }
+        // A turn that ended for want of views says only that it was stopped.
+        looked.and(turned)
     }
 
     /// Hands out views from now on until the last one of the sweep.

@@ -70,3 +70,36 @@ fn a_sweep_that_is_no_wider_than_the_ramp_has_one_view() {
     assert_eq!(spacing.take(1.0), Some(Place { index: 0, is_last }));
     assert_eq!(spacing.take(1.01), None);
 }
+
+#[test]
+fn a_wrist_within_the_range_looks_on_its_way_to_the_beginning_and_at_no_place_twice() {
+    let back = SweepPlan {
+        from_rad: 1.85,
+        to_rad: 0.65,
+        count: 13,
+    };
+    for plan in [PLAN, back] {
+        let mut spacing = Spacing::from_within(&plan);
+        let angle_rad = |turned_rad: f64| plan.from_rad + plan.direction() * turned_rad;
+        let turned_rad =
+            |image: i32, from_rad: f64, by_rad: f64| from_rad + by_rad * f64::from(image);
+        let approach = (0..=15).map(|image| turned_rad(image, 0.61, -0.04).max(0.0));
+        let on_the_way: Vec<f64> = approach
+            .filter(|turned_rad| spacing.take(angle_rad(*turned_rad)).is_some())
+            .collect();
+        assert_eq!(on_the_way.first(), Some(&0.61));
+        assert_eq!(on_the_way.len(), 7, "{on_the_way:?}");
+        spacing.begin_range();
+        let range = (0..=31).map(|image| turned_rad(image, 0.0, 0.04).min(plan.range_rad()));
+        let then: Vec<(f64, Place)> = range
+            .filter_map(|turned_rad| Some((turned_rad, spacing.take(angle_rad(turned_rad))?)))
+            .collect();
+        assert!(
+            then.iter().all(|(turned_rad, _)| *turned_rad > 0.65),
+            "{then:?}"
+        );
+        assert_eq!(spacing.taken(), 13, "{on_the_way:?}, {then:?}");
+        let is_last: Vec<bool> = then.iter().map(|(_, place)| place.is_last).collect();
+        assert_eq!(is_last, [false, false, false, false, false, true]);
+    }
+}
