@@ -21,8 +21,7 @@ pub struct Settings {
     pub specimens_per_class: usize,
     /// Number of random solids to train on beside them, from which the model learns to call objects unknown.
     pub strangers: usize,
-    /// Number of objects of the eight's kinds and nearly their sizes to train on as unknown; the shipped model was trained
-    /// without.
+    /// Number of objects of the eight's kinds and nearly the sizes of their families to train on as unknown.
     #[serde(skip_serializing_if = "is_zero")]
     pub near_strangers: usize,
     /// Number of validation specimens of each class, and of random solids.
@@ -162,6 +161,7 @@ impl Settings {
             ("table_share", self.scans.table_share),
             ("undented_share", self.scans.undented_share),
             ("flattened_share", self.scans.flattened_share),
+            ("flank_lost_share", self.scans.flank_lost_share),
             ("test_share", self.meshes.test_share),
             ("validation_share", self.meshes.validation_share),
         ] {

@@ -11,4 +11,4 @@ mod specimen;
 pub use denter::{Dent, DentError, Denter};
 pub use flatten::Flattening;
 pub use settings::Settings;
-pub use specimen::{SQUEEZE_MAX_M, SqueezeError, pressed, specimen, squeeze};
+pub use specimen::{SQUEEZE_MAX_M, SqueezeError, dented_instance, pressed, specimen, squeeze};

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use mesh::Mesh;
-use sim_objects::{ObjectClass, Variation};
+use sim_objects::{Instance, ObjectClass, Variation};
 
 use crate::{DentError, Denter, Settings};
 
@@ -29,7 +29,7 @@ pub enum SqueezeError {
     Dent(#[from] DentError),
 }
 
-/// A specimen of a class in the object frame: dented by `squeeze_m` from each side where `seed` says, its size off the
+/// A specimen of a class's traced object in the object frame: dented by `squeeze_m` from each side where `seed` says, its size off the
 /// table's by `variation`. A squeeze of 0 changes nothing.
 ///
 /// The [`Denter`] of a class is kept for the next specimen of it.
@@ -56,22 +56,59 @@ pub fn pressed(
     squeeze_m: f64,
     seed: u64,
 ) -> Result<Mesh, SqueezeError> {
-    static DENTERS: [OnceLock<Denter>; ObjectClass::ALL.len()] =
-        [const { OnceLock::new() }; ObjectClass::ALL.len()];
-    let mut mesh = class.mesh(&Variation::NONE);
-    if squeeze_m > 0.0 {
-        let place = &DENTERS[class as usize];
-        let denter = match place.get() {
-            Some(denter) => denter,
-            None => {
-                let fresh = Denter::new(mesh, &Settings::default())?;
-                place.get_or_init(|| fresh)
-            }
-        };
-        mesh = squeezed(denter, squeeze_m, seed)?;
-    }
+    static DENTERS: Denters = no_denters();
+    let undented = class.mesh(&Variation::NONE);
+    let mut mesh = kept_squeezed(&DENTERS, class, undented, squeeze_m, seed)?;
     variation.apply(&mut mesh);
     Ok(mesh)
+}
+
+/// An instance of a class's family in the object frame, dented as in [`specimen`]: the middle of the family is dented, and the
+/// dent is carried to the instance.
+///
+/// # Errors
+/// [`SqueezeError::Range`].
+pub fn dented_instance(
+    instance: &Instance,
+    squeeze_m: f64,
+    seed: u64,
+) -> Result<Mesh, SqueezeError> {
+    static DENTERS: Denters = no_denters();
+    check(squeeze_m)?;
+    let class = instance.class();
+    let undented = Instance::middle(class).mesh();
+    let mut mesh = kept_squeezed(&DENTERS, class, undented, squeeze_m, seed)?;
+    instance.carry(&mut mesh);
+    Ok(mesh)
+}
+
+/// One for each class, made when it is first needed.
+type Denters = [OnceLock<Denter>; ObjectClass::ALL.len()];
+
+const fn no_denters() -> Denters {
+    [const { OnceLock::new() }; ObjectClass::ALL.len()]
+}
+
+/// A class's mesh dented by the denter that is kept for it.
+fn kept_squeezed(
+    denters: &'static Denters,
+    class: ObjectClass,
+    mesh: Mesh,
+    squeeze_m: f64,
+    seed: u64,
+) -> Result<Mesh, SqueezeError> {
+    if squeeze_m == 0.0 {
+        return Ok(mesh);
+    }
+    let place = &denters[class as usize];
+    let denter = match place.get() {
+        Some(denter) => denter,
+        None => {
+            let fresh = Denter::new(mesh, &Settings::default())?;
+            place.get_or_init(|| fresh)
+        }
+    };
+    squeezed(denter, squeeze_m, seed)
 }
 
 /// Any mesh dented by `squeeze_m` from each side where `seed` says. A squeeze of 0 changes nothing.
@@ -120,6 +157,10 @@ fn squeezed(denter: &Denter, squeeze_m: f64, seed: u64) -> Result<Mesh, SqueezeE
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+    use sim_objects::Instances;
+
     use super::*;
 
     #[test]
@@ -160,6 +201,25 @@ mod tests {
                 .map(moved);
             assert_eq!(moved_at_ends.fold(0.0, f32::max), 0.0, "the bottom stays");
         }
+    }
+
+    #[test]
+    fn instances_are_dented_as_their_familys_middle_is() {
+        let seed = 21;
+        println!("seed {seed}");
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        for class in ObjectClass::ALL {
+            let instance = Instance::random(class, Instances::Training, &mut random);
+            let whole = dented_instance(&instance, 0.0, 1).unwrap();
+            assert_eq!(whole.triangles, instance.mesh().triangles);
+            let first = dented_instance(&instance, 0.008, seed).unwrap();
+            assert_eq!(first, dented_instance(&instance, 0.008, seed).unwrap());
+            assert!(first.is_closed_manifold());
+            let pairs = whole.vertices.iter().zip(&first.vertices);
+            let deepest_m = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
+            assert!((0.005..0.01).contains(&deepest_m), "{class}: {deepest_m} m");
+        }
+        assert!(dented_instance(&Instance::middle(ObjectClass::TinyBall), 0.016, 0).is_err());
     }
 
     #[test]

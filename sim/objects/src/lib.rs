@@ -1,5 +1,8 @@
 //! The eight objects of the paper as parametric triangle meshes, and others that are none of them.
 //!
+//! [`ObjectClass::mesh`] is the very object that the paper's laboratory has, as traced from its scan; an [`Instance`] is one of
+//! what the world has of it.
+//!
 //! All lengths are metres. Object frame: origin at the centre of the bottom, +z up. The eight are
 //! closed surfaces of revolution (cups have an outer and an inner wall), oriented outward.
 //!
@@ -11,6 +14,7 @@
 //! ```
 
 mod class;
+mod family;
 mod near;
 mod outline;
 mod profile;
@@ -19,7 +23,8 @@ mod stranger;
 mod variation;
 
 pub use class::{ObjectClass, UnknownObject};
-pub use near::{Difference, Instances, NearStranger};
+pub use family::{Instance, Instances};
+pub use near::{Difference, NearStranger};
 pub use solid::random_solid;
 pub use stranger::Stranger;
 pub use variation::Variation;

@@ -6,10 +6,11 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, RngExt};
 
 use crate::class::ObjectClass;
+use crate::family::{self, Instance, Instances};
 use crate::variation::Variation;
 
-/// How much a stranger's size differs from that of the class nearest to it: the larger of the differences of width and
-/// height, as a share. One class's own specimens differ by up to 1 %.
+/// How much a stranger's size is outside of what the nearest family of the eight has: the larger of the differences of width and
+/// height, as a share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Difference {
     /// 2 to 5 %: about 1 to 3 mm of a ball's or can's width.
@@ -20,16 +21,8 @@ pub enum Difference {
     To20,
 }
 
-/// Which widths may be drawn, so that a classifier is not tested on objects that it was trained to refuse: widths are
-/// dealt out in stripes of 1 % of the class's width.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Instances {
-    /// Those to learn from.
-    Training,
-    /// Those to test on.
-    Test,
-}
-
+/// Widths are dealt out to training and test in stripes of this share of the middle width of the class's family, so that a
+/// classifier is not tested on objects that it was trained to refuse.
 const STRIPE: f32 = 0.01;
 
 impl Difference {
@@ -58,41 +51,52 @@ impl fmt::Display for Difference {
     }
 }
 
-/// An object of the kind of a class and of another size.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// An object of the kind of a class and of a size that its family does not have.
+#[derive(Debug, Clone, PartialEq)]
 pub struct NearStranger {
-    /// Whose form it has.
-    pub class: ObjectClass,
-    /// Its size against that class's.
-    pub size: Variation,
+    /// An instance of a family, in another size.
+    pub instance: Instance,
 }
 
 impl NearStranger {
-    /// One that differs so much from each of the eight, and so little from one. Balls stay as round as they are.
+    /// One that differs so much from each of the eight's families, and so little from one. Balls stay as round as they are.
     pub fn random(difference: Difference, instances: Instances, random: &mut impl Rng) -> Self {
         let [least, largest] = difference.range();
         loop {
             let class = *ObjectClass::ALL
                 .choose(random)
                 .unwrap_or(&ObjectClass::MediumCan);
-            let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };
-            let most = sign * random.random_range(least..largest);
-            let [width, height] = if class.is_hollow() {
-                let other = most * random.random_range(-1.0..1.0);
-                if random.random_bool(0.5) {
-                    [most, other]
+            let instance = Instance::random(class, instances, random);
+            let most = random.random_range(least..largest);
+            let is_larger = random.random_bool(0.5);
+            let outside = |[least_m, most_m]: [f32; 2]| {
+                if is_larger {
+                    most_m * (1.0 + most)
                 } else {
-                    [other, most]
+                    least_m * (1.0 - most)
+                }
+            };
+            let [widths_m, heights_m] = class.size_range_m();
+            let own_m = instance.size_m();
+            let size_m = if class.is_hollow() {
+                let mut about = |[least_m, most_m]: [f32; 2]| {
+                    random.random_range(least_m * (1.0 - most)..most_m * (1.0 + most))
+                };
+                let other_m = [about(widths_m), about(heights_m)];
+                if random.random_bool(0.5) {
+                    [outside(widths_m), other_m[1]]
+                } else {
+                    [other_m[0], outside(heights_m)]
                 }
             } else {
-                [most; 2]
+                let width_m = outside(widths_m);
+                [width_m, width_m * own_m[1] / own_m[0]]
             };
             let stranger = Self {
-                class,
-                size: Variation {
-                    width_scale: 1.0 + width,
-                    height_scale: 1.0 + height,
-                },
+                instance: instance.scaled(&Variation {
+                    width_scale: size_m[0] / own_m[0],
+                    height_scale: size_m[1] / own_m[1],
+                }),
             };
             if difference.contains(stranger.difference()) && stranger.is_of(instances) {
                 return stranger;
@@ -100,27 +104,15 @@ impl NearStranger {
         }
     }
 
-    /// From the class whose size is most like its own, whatever its form.
+    /// From the family whose sizes are most like its own, whatever its form.
     pub fn difference(&self) -> f32 {
-        let [width_m, height_m] = self.class.size_m();
-        let own = [
-            width_m * self.size.width_scale,
-            height_m * self.size.height_scale,
-        ];
-        let from = |class: ObjectClass| {
-            let pairs = own.into_iter().zip(class.size_m());
-            pairs
-                .map(|(own, other)| (own / other - 1.0).abs())
-                .fold(0.0, f32::max)
-        };
-        ObjectClass::ALL
-            .into_iter()
-            .map(from)
-            .fold(f32::MAX, f32::min)
+        family::difference(self.instance.size_m())
     }
 
     fn is_of(&self, instances: Instances) -> bool {
-        let stripe = ((self.size.width_scale - 1.0) / STRIPE).floor() as i64;
+        let [[least_m, most_m], _] = self.instance.class().size_range_m();
+        let width = self.instance.size_m()[0] / (0.5 * (least_m + most_m));
+        let stripe = (width / STRIPE).floor() as i64;
         (stripe.rem_euclid(2) == 0) == (instances == Instances::Test)
     }
 }
@@ -147,22 +139,14 @@ mod tests {
                     stranger.is_of(instances)
                         && !stranger.is_of([Instances::Test, Instances::Training][index % 2])
                 );
-                assert!(
-                    stranger.class.is_hollow()
-                        || stranger.size.width_scale == stranger.size.height_scale
-                );
                 // What is measured on the mesh is what was asked for.
-                let (min, max) = stranger.class.mesh(&stranger.size).bounds();
-                let [width_m, height_m] = stranger.class.size_m();
+                let (min, max) = stranger.instance.mesh().bounds();
+                let measured = family::difference([max.x - min.x, max.z]);
                 assert!(
-                    ((max.x - min.x) / width_m - stranger.size.width_scale).abs() < 1e-3,
+                    (measured - stranger.difference()).abs() < 1e-4,
                     "{stranger:?}"
                 );
-                assert!(
-                    (max.z / height_m - stranger.size.height_scale).abs() < 1e-3,
-                    "{stranger:?}"
-                );
-                classes.push(stranger.class);
+                classes.push(stranger.instance.class());
             }
             // 2 to 5 % off tiny-ball or small-ball upward is often nearer to the other one, but never always.
             for class in ObjectClass::ALL {

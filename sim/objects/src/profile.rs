@@ -8,17 +8,36 @@ const BALL_RINGS: usize = 48;
 
 /// Converts a closed outline (radius, height) from mm to m and subdivides its segments.
 pub(crate) fn subdivided(outline_mm: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    let metres = |p: [f32; 2]| p.map(|length_mm| length_mm / 1000.0);
+    subdivided_in(outline_mm, &steps(outline_mm))
+}
+
+/// In how many parts each segment of an outline (mm) is to be cut.
+pub(crate) fn steps(outline_mm: &[[f32; 2]]) -> Vec<usize> {
+    let outline_m: Vec<[f32; 2]> = outline_mm.iter().copied().map(metres).collect();
+    outline_m
+        .windows(2)
+        .map(|pair| {
+            let [a, b] = [pair[0], pair[1]];
+            ((b[0] - a[0]).hypot(b[1] - a[1]) / STEP_M).ceil().max(1.0) as usize
+        })
+        .collect()
+}
+
+/// Converts a closed outline from mm to m and cuts each segment in so many parts.
+pub(crate) fn subdivided_in(outline_mm: &[[f32; 2]], steps: &[usize]) -> Vec<[f32; 2]> {
     let mut outline_m = vec![metres(outline_mm[0])];
-    for pair in outline_mm.windows(2) {
+    for (pair, &steps) in outline_mm.windows(2).zip(steps) {
         let [a, b] = [metres(pair[0]), metres(pair[1])];
-        let steps = ((b[0] - a[0]).hypot(b[1] - a[1]) / STEP_M).ceil().max(1.0);
-        outline_m.extend((1..=steps as usize).map(|k| {
-            let share = k as f32 / steps;
+        outline_m.extend((1..=steps).map(|k| {
+            let share = k as f32 / steps as f32;
             [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
         }));
     }
     outline_m
+}
+
+fn metres(place_mm: [f32; 2]) -> [f32; 2] {
+    place_mm.map(|length_mm| length_mm / 1000.0)
 }
 
 /// The outline of a ball from its radii by angle (degrees) from the top; straight between them, on the axis at both ends.

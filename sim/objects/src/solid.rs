@@ -4,12 +4,12 @@ use mesh::{Mesh, revolve};
 use rand::{Rng, RngExt};
 
 use crate::class::ObjectClass;
-use crate::variation::Variation;
+use crate::family::beyond;
 
 const SEGMENTS: usize = 48;
 
 /// A random solid in the object frame, 3 to 20 cm high: a random outline turned about z, with a random cross-section. Solids
-/// with nearly the same extents as one of the eight objects are drawn again.
+/// with nearly the same extents as instances of one of the eight objects are drawn again.
 pub fn random_solid(random: &mut impl Rng) -> Mesh {
     loop {
         let mesh = solid(random);
@@ -24,12 +24,13 @@ pub fn random_solid(random: &mut impl Rng) -> Mesh {
 
 fn is_as_large(mesh: &Mesh, class: ObjectClass) -> bool {
     const ALIKE: f32 = 0.06;
-    let extent = |mesh: &Mesh| {
-        let (min, max) = mesh.bounds();
-        max - min
-    };
-    let (own, other) = (extent(mesh), extent(&class.mesh(&Variation::NONE)));
-    (0..3).all(|axis| (own[axis] / other[axis] - 1.0).abs() < ALIKE)
+    let (min, max) = mesh.bounds();
+    let extent_m = max - min;
+    let [width_m, height_m] = class.size_range_m();
+    [width_m, width_m, height_m]
+        .into_iter()
+        .enumerate()
+        .all(|(axis, range_m)| beyond(extent_m[axis], range_m) < ALIKE)
 }
 
 fn solid(random: &mut impl Rng) -> Mesh {

@@ -1,11 +1,13 @@
 //! Simulated scans without ROS: an object, held or on a box, before the camera, and the clouds that the nodes make of it.
 
 mod dented;
+mod flank;
 mod parameters;
 mod scan;
 mod setup;
 
-pub use dented::{dented, dented_of_size};
+pub use dented::{dented, dented_instance};
+pub use flank::{lose_flank, object_in};
 pub use parameters::ScanParameters;
 pub use scan::{
     ScanError, ScannedObject, Shot, View, after_each_view, capture, capture_shots, full_view, scan,

@@ -41,6 +41,10 @@ pub struct ScanParameters {
     pub mount_error_rad: f64,
     /// Largest error of the camera mount's position.
     pub mount_error_m: f64,
+    /// Share of scans in which the camera does not see all of one side of the object: shiny metal.
+    pub flank_lost_share: f64,
+    /// Least and most of it that is lost, in width.
+    pub flank_lost_m: [f64; 2],
     /// How views are registered.
     pub registration: icp_registration::Parameters,
 }
@@ -67,6 +71,8 @@ impl Default for ScanParameters {
             distance_m: [0.30, 0.55],
             mount_error_rad: 0.035,
             mount_error_m: 0.010,
+            flank_lost_share: 0.0,
+            flank_lost_m: [0.0, 0.005],
             registration: icp_registration::Parameters::default(),
         }
     }
@@ -84,6 +90,7 @@ impl ScanParameters {
             distance_m: [0.40, 0.40],
             mount_error_rad: 0.0,
             mount_error_m: 0.0,
+            flank_lost_share: 0.0,
             ..Self::default()
         }
     }

@@ -13,6 +13,7 @@ use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
 use sim_camera::{InverseDepth, Noise, Placement, Renderer, integrate, moments};
 
+use crate::flank::lose_flank;
 use crate::parameters::ScanParameters;
 use crate::setup::Setup;
 
@@ -56,7 +57,13 @@ pub fn scan(
 ) -> Result<Vec<ScannedObject>, ScanError> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let setup = Setup::random(object, parameters, &mut random);
-    let views = capture(&setup, &mut random)?;
+    let mut views = capture(&setup, &mut random)?;
+    if random.random_bool(parameters.flank_lost_share) {
+        let side = if random.random_bool(0.5) { 1.0 } else { -1.0 };
+        let [least_m, most_m] = parameters.flank_lost_m;
+        let width_m = random.random_range(least_m..=most_m);
+        lose_flank(&mut views, &setup, side, width_m as f32);
+    }
     let mut objects = after_each_view(&setup, &views, parameters)?;
     if let [_, .., last] = views.as_slice() {
         objects.extend(after_each_view(

@@ -59,6 +59,9 @@ struct Arguments {
     /// Objects of the kinds of the eight and of nearly their sizes to train on as unknown, too
     #[arg(long)]
     near_strangers: Option<usize>,
+    /// Share of the scans in which up to 5 mm of one side of the object are not seen
+    #[arg(long, value_name = "SHARE")]
+    lost_flanks: Option<f64>,
     /// N, points of a cloud that the network sees
     #[arg(long = "points", visible_alias = "point-count", value_name = "N")]
     point_count: Option<usize>,
@@ -110,6 +113,8 @@ impl Arguments {
         set(&mut settings.specimens_per_class, self.specimens);
         set(&mut settings.strangers, self.strangers);
         set(&mut settings.near_strangers, self.near_strangers);
+        let flanks = &mut settings.scans.flank_lost_share;
+        *flanks = self.lost_flanks.unwrap_or(*flanks);
         set(&mut settings.point_count, self.point_count);
         if let Some(centring) = self.centring {
             settings.centring = centring.to_string();

@@ -5,7 +5,6 @@ use anyhow::Result;
 use classifier::ModelMetadata;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use sim_objects::Instances;
 
 use super::clouds::{LabelledClouds, Split};
 use super::mesh_dataset::{MeshDataset, MeshFile};
@@ -31,7 +30,7 @@ pub(super) fn scan(
         let mut labelled = Labelled::of(&metadata.labels, each, meshes)?;
         labelled.extend(Labelled::nothing_known(none, strangers));
         if near > 0 {
-            labelled.extend(Labelled::near_strangers(none, near, Instances::Training));
+            labelled.extend(Labelled::near_strangers(none, near));
         }
         Ok(labelled)
     };

@@ -2,23 +2,30 @@
 
 use anyhow::{Context, Result};
 use mesh::Mesh;
-use rand::Rng;
 use rand::seq::IndexedRandom;
-use sim_objects::{Difference, Instances, NearStranger, ObjectClass, Stranger, random_solid};
-use sim_scan::{ScanParameters, dented_of_size};
+use rand::{Rng, RngExt};
+use sim_objects::{
+    Difference, Instance, Instances, NearStranger, ObjectClass, Stranger, random_solid,
+};
+use sim_scan::{ScanParameters, dented, dented_instance};
 
 use super::mesh_dataset::MeshFile;
+
+/// Share of the training specimens of a family that are its traced object: the one that the paper's laboratory has.
+const TRACED_SHARE: f64 = 0.2;
 
 /// Where the specimens of one label come from.
 #[derive(Debug, Clone)]
 pub enum Specimens {
-    /// One of the eight objects; each specimen has a new random dent.
-    Class(ObjectClass),
+    /// One of the very objects that were traced from scans; each specimen has a new random dent.
+    Traced(ObjectClass),
+    /// Instances of a class's family, each with a new random dent; a fifth of those to learn from are the traced object.
+    Family(ObjectClass, Instances),
     /// Dented meshes of a dataset, +z up; each specimen is a random one of them.
     Meshes(Vec<MeshFile>),
     /// An object that is none of the classes.
     Stranger(Stranger),
-    /// Dented objects of the eight's kinds and nearly their sizes.
+    /// Dented objects of the eight's kinds and nearly the sizes of their families.
     NearStranger(Difference, Instances),
     /// Random solids that are none of the eight objects.
     RandomSolids,
@@ -38,7 +45,8 @@ pub struct Labelled {
 }
 
 impl Labelled {
-    /// The same number of specimens of each label: meshes if there are any of that name, otherwise one of the eight objects.
+    /// The same number of specimens of each label to learn from: meshes if there are any of that name, otherwise instances of the
+    /// family of one of the eight.
     ///
     /// # Errors
     /// A label that has neither.
@@ -50,7 +58,7 @@ impl Labelled {
         let labelled = |(label, name): (usize, &String)| {
             let meshes = meshes(name);
             let specimens = if meshes.is_empty() {
-                Specimens::Class(name.parse()?)
+                Specimens::Family(name.parse()?, Instances::Training)
             } else {
                 Specimens::Meshes(meshes)
             };
@@ -77,12 +85,13 @@ impl Labelled {
         ]
     }
 
-    /// Specimens of "none of the classes" that are like one of them: `count` in all, in equal parts of each difference in size.
-    pub fn near_strangers(label: u32, count: usize, instances: Instances) -> [Self; 3] {
-        Difference::ALL.map(|difference| Self {
+    /// Training specimens of "none of the classes" that are like one of them: `count` in all. Those that are less than 5 % off are
+    /// not learned from: a dent or a side pressed flat changes an object of a class by as much, and it shall stay known.
+    pub fn near_strangers(label: u32, count: usize) -> [Self; 2] {
+        [Difference::To10, Difference::To20].map(|difference| Self {
             label,
-            specimens: Specimens::NearStranger(difference, instances),
-            count: count / Difference::ALL.len(),
+            specimens: Specimens::NearStranger(difference, Instances::Training),
+            count: count / 2,
         })
     }
 
@@ -106,16 +115,22 @@ impl Specimens {
     /// A mesh file cannot be read, or a dent cannot be made.
     pub fn one(&self, parameters: &ScanParameters, random: &mut impl Rng) -> Result<Mesh> {
         match self {
-            Self::Class(class) => Ok(sim_scan::dented(*class, parameters, random)?),
+            Self::Traced(class) => Ok(dented(*class, parameters, random)?),
+            Self::Family(class, instances) => {
+                if *instances == Instances::Training && random.random_bool(TRACED_SHARE) {
+                    return Ok(dented(*class, parameters, random)?);
+                }
+                let instance = Instance::random(*class, *instances, random);
+                Ok(dented_instance(&instance, parameters, random)?)
+            }
             Self::Meshes(meshes) => {
                 let mesh = meshes.choose(random).context("there are no meshes")?;
                 Ok(mesh.read()?.stood_up())
             }
             Self::Stranger(stranger) => Ok(stranger.mesh()),
             Self::NearStranger(difference, instances) => {
-                let NearStranger { class, size } =
-                    NearStranger::random(*difference, *instances, random);
-                Ok(dented_of_size(class, &size, parameters, random)?)
+                let stranger = NearStranger::random(*difference, *instances, random);
+                Ok(dented_instance(&stranger.instance, parameters, random)?)
             }
             Self::RandomSolids => Ok(random_solid(random)),
             Self::EmptyHand => Ok(Mesh::default()),

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use classifier::{Model, ModelMetadata, Output, preprocess_parts};
 use serde::{Deserialize, Serialize};
-use sim_objects::{Difference, Instances};
+use sim_objects::{Difference, Instances, ObjectClass};
 
 pub use adaptation::calibration;
 pub use by_view::DataTest;
@@ -87,12 +87,14 @@ pub fn evaluate(
     let take =
         |object: &ScannedObject| preprocess_parts(&object.points, &object.up, &metadata).ok();
     let mut digest = Digest::default();
-    let mut measure = |labelled: &[Labelled]| -> Result<Vec<Seen<Output>>> {
-        let seen = see_all(labelled, &settings.scans, seed, take, &finished)?;
-        seen.iter().for_each(|seen| digest.add(&seen.taken));
-        let answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
-        seen.into_iter().map(answer).collect()
-    };
+    let scans = &settings.scans;
+    let mut measure =
+        |labelled: &[Labelled], scans: &ScanParameters| -> Result<Vec<Seen<Output>>> {
+            let seen = see_all(labelled, scans, seed, take, &finished)?;
+            seen.iter().for_each(|seen| digest.add(&seen.taken));
+            let answer = |seen: Seen<Vec<f32>>| Ok(seen.with(model.infer(&seen.taken)?));
+            seen.into_iter().map(answer).collect()
+        };
     let scores = |answers: &[Seen<Output>]| {
         let answers = answers.iter();
         let judged = answers.map(|answer| &answer.taken).map(|output| {
@@ -104,13 +106,23 @@ pub fn evaluate(
     let mut tests = Vec::new();
     let mut of_dataset = None;
 
-    let own = own_classes(&metadata.labels, count);
+    let own =
+        |specimens: fn(ObjectClass) -> Specimens| own_classes(&metadata.labels, count, specimens);
+    let held_out = own(|class| Specimens::Family(class, Instances::Test));
     let mut known_scores = Vec::new();
-    if !own.is_empty() {
-        let answers = measure(&own)?;
-        let data = format!("parametric objects, {count} specimens a class, seed {seed}");
-        tests.extend(by_view::by_view(&data, &metadata, &answers));
+    if !held_out.is_empty() {
+        let mut tested = |what: &str, answers: &[Seen<Output>]| {
+            let data = format!("{what}, {count} specimens a class, seed {seed}");
+            tests.extend(by_view::by_view(&data, &metadata, answers));
+        };
+        let answers = measure(&held_out, scans)?;
+        tested(HELD_OUT, &answers);
         known_scores = scores(&answers);
+        tested(TRACED, &measure(&own(Specimens::Traced), scans)?);
+        // The same specimens, poses and noise as the held-out instances.
+        let mut flank = measure(&held_out, &flank_lost(scans))?;
+        flank.retain(|seen| seen.view_count > 0);
+        tested(FLANK_LOST, &flank);
     } else if settings.dataset.is_none() {
         let known = metadata.labels.join(", ");
         bail!(
@@ -119,7 +131,7 @@ pub fn evaluate(
     }
     if let Some(folder) = &settings.dataset {
         let (classes, unseen) = dataset_classes(folder, &metadata, count)?;
-        let answers = measure(&classes)?;
+        let answers = measure(&classes, scans)?;
         let data = format!(
             "{}, {count} meshes a class{}",
             folder.display(),
@@ -127,13 +139,13 @@ pub fn evaluate(
         );
         of_dataset = Some(unseen);
         tests.extend(by_view::by_view(&data, &metadata, &answers));
-        if own.is_empty() {
+        if held_out.is_empty() {
             known_scores = scores(&answers);
         }
     }
     let none = metadata.labels.len() as u32;
     let mut against_known = |strangers: &[Labelled]| -> Result<Known> {
-        let strangers = scores(&measure(strangers)?);
+        let strangers = scores(&measure(strangers, scans)?);
         Ok(Known::of(
             &known_scores,
             &strangers,
@@ -162,6 +174,22 @@ pub fn evaluate(
     })
 }
 
+/// Objects of the families that the model was not trained on.
+const HELD_OUT: &str = "held-out instances of the families";
+/// Objects whose outlines were traced from scans; a fifth of the training specimens are such.
+const TRACED: &str = "the very objects, as traced from scans";
+/// Held-out instances of which less is seen than ever in training.
+const FLANK_LOST: &str = "held-out instances, 6 mm of one side not seen";
+
+/// Scans in which one side of the object is not seen, 6 mm wide.
+fn flank_lost(scans: &ScanParameters) -> ScanParameters {
+    ScanParameters {
+        flank_lost_share: 1.0,
+        flank_lost_m: [0.006; 2],
+        ..scans.clone()
+    }
+}
+
 /// Number of near strangers of each difference in size, by specimens of a class.
 const NEAR_STRANGERS: usize = 4;
 
@@ -174,13 +202,17 @@ fn said_of(unseen: Unseen) -> &'static str {
     }
 }
 
-/// The repository's own objects that the model knows.
-fn own_classes(labels: &[String], count: usize) -> Vec<Labelled> {
+/// Those of the eight that the model knows.
+fn own_classes(
+    labels: &[String],
+    count: usize,
+    specimens: impl Fn(ObjectClass) -> Specimens,
+) -> Vec<Labelled> {
     let known = labels.iter().enumerate().filter_map(|(label, name)| {
         let class = name.parse().ok()?;
         Some(Labelled {
             label: label as u32,
-            specimens: Specimens::Class(class),
+            specimens: specimens(class),
             count,
         })
     });

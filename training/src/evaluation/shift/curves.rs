@@ -80,6 +80,11 @@ pub fn all() -> Vec<Curve> {
     let trained = ScanParameters::default();
     let in_mm = |range_m: [f64; 2]| range_m.map(|length_m| (1e4 * length_m).round() / 10.0);
     let distance_mm = in_mm(trained.distance_m);
+    let flank_mm = if trained.flank_lost_share > 0.0 {
+        in_mm(trained.flank_lost_m)
+    } else {
+        [0.0; 2]
+    };
     let nothing = Curve::new("Nothing is shifted", "all of it".to_owned(), &[()], |()| {
         ("as in training".to_owned(), true, Shift::None)
     });
@@ -110,7 +115,7 @@ pub fn all() -> Vec<Curve> {
         ),
         Curve::in_mm(
             "One flank is missing",
-            [0.0; 2],
+            flank_mm,
             &[2.0, 4.0, 6.0, 8.0, 12.0],
             Shift::Flank,
         ),

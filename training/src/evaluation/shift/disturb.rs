@@ -1,14 +1,12 @@
 //! What is done to a scan in each shift.
 
-use std::collections::HashMap;
-
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_distr::{Distribution, UnitSphere};
 use rand_pcg::Pcg64Mcg;
-use sim_camera::{D435I, Intrinsics, OBJECT_BOTTOM_Z_M};
-use sim_scan::{ScanParameters, Setup, View};
+use sim_camera::{D435I, Intrinsics};
+use sim_scan::{ScanParameters, Setup, View, lose_flank, object_in};
 
 /// One thing that is otherwise than in training.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,11 +77,6 @@ impl Camera {
     }
 }
 
-/// What is higher than this in the hand's frame is object alone, m: above the fingers.
-const ABOVE_FINGERS_M: f64 = OBJECT_BOTTOM_Z_M as f64 + 0.032;
-/// The object's points are sorted into rows so high, m, to find its sides.
-const ROW_M: f32 = 0.002;
-
 impl Shift {
     /// Changes what scans are drawn from.
     pub fn range(self, parameters: &mut ScanParameters) {
@@ -142,10 +135,7 @@ impl Shift {
             }
             Self::Flank(width_m) => {
                 let side = if random.random_bool(0.5) { 1.0 } else { -1.0 };
-                for (view, &wrist_rad) in views.iter_mut().zip(&setup.wrist_angles_rad) {
-                    let object = object_in(view, setup, wrist_rad);
-                    lose_flank(view, &object, side, width_m as f32);
-                }
+                lose_flank(views, setup, side, width_m as f32);
             }
             Self::Glare(radius_m) => {
                 let (Some(first), Some(&wrist_rad)) =
@@ -182,34 +172,6 @@ fn see_all(setup: &mut Setup) {
     setup.threshold.depth_max_m = 1.5;
 }
 
-/// Which of a view's points are the object's.
-fn object_in(view: &View, setup: &Setup, wrist_rad: f64) -> Vec<bool> {
-    let hand_from_camera = setup.camera_from_hand(wrist_rad).inverse();
-    let is_object =
-        |point: &Point3<f32>| (hand_from_camera * point.cast::<f64>()).z > ABOVE_FINGERS_M;
-    view.points.iter().map(is_object).collect()
-}
-
-/// Removes the object's points that are within a width of its left or right edge (x of the optical frame), row by row.
-fn lose_flank(view: &mut View, object: &[bool], side: f32, width_m: f32) {
-    let row = |point: &Point3<f32>| (point.y / ROW_M).floor() as i32;
-    let mut edges = HashMap::<i32, f32>::new();
-    let own = view
-        .points
-        .iter()
-        .zip(object)
-        .filter(|(_, is_object)| **is_object);
-    for (point, _) in own {
-        let edge = edges.entry(row(point)).or_insert(f32::MIN);
-        *edge = edge.max(side * point.x);
-    }
-    let mut is_object = object.iter();
-    view.points.retain(|point| {
-        let near = |edge: &f32| edge - side * point.x < width_m;
-        !is_object.next().is_some_and(|&own| own) || !edges.get(&row(point)).is_some_and(near)
-    });
-}
-
 fn direction(random: &mut Pcg64Mcg) -> Vector3<f64> {
     let direction: [f64; 3] = UnitSphere.sample(random);
     direction.into()
@@ -218,34 +180,6 @@ fn direction(random: &mut Pcg64Mcg) -> Vector3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A wall 40 mm wide and 40 mm high, and a lower part that is no object.
-    fn view() -> (View, Vec<bool>) {
-        let places = (0..41).flat_map(|x| (0..61).map(move |y| [x, y]));
-        let points: Vec<Point3<f32>> = places
-            .map(|[x, y]| Point3::new(0.001 * x as f32 - 0.02, 0.001 * y as f32, 0.4))
-            .collect();
-        let object = points.iter().map(|point| point.y < 0.0395).collect();
-        let view = View {
-            points,
-            believed_hand_from_camera: Isometry3::identity(),
-        };
-        (view, object)
-    }
-
-    #[test]
-    fn a_lost_flank_is_as_wide_as_said_on_one_side_of_the_object_alone() {
-        for side in [-1.0, 1.0] {
-            let (mut view, object) = view();
-            let all = view.points.len();
-            lose_flank(&mut view, &object, side, 0.0065);
-            // Seven columns of 40 rows.
-            assert_eq!(all - view.points.len(), 7 * 40);
-            let kept = view.points.iter().filter(|point| point.y < 0.0395);
-            let farthest = kept.map(|point| side * point.x).fold(f32::MIN, f32::max);
-            assert!((farthest - 0.013).abs() < 1e-4, "{farthest}");
-        }
-    }
 
     #[test]
     fn cameras_see_as_wide_as_their_makers_say() {
