@@ -27,12 +27,13 @@ Made by `evaluate --figures` (`make figures`) from [figures.json](figures.json) 
 
 What training and test have in common:
 
-- The outlines and sizes of the eight parametric objects were traced from eight recorded scans of real objects, down to the
-  foot that one scan has from its scanner. No recorded cloud is trained on, but the shapes are not independent of the scans.
+- A held-out instance has a width and height, and with them a form, that no object of training has; its family's measures lie in
+  the same ranges, which follow standards where there are some.
+- The outlines of the very objects were traced from eight recorded scans, down to the foot that some have from their scanner; a
+  fifth of the training specimens are such. No recorded cloud is trained on.
 - Training and test clouds come from one simulator, with the same ranges of noise, mount error and dents, except where a
   table says what is shifted.
-- Dents, poses and noise of the test are drawn anew, with another seed. A class is one outline here; whether another can or cup of
-  the same kind is recognised is not tested.
+- Dents, poses and noise of the test are drawn anew, with another seed. What is shifted are scans of the very objects.
 
 An answer that is known and wrong is the only kind that does harm; each table has a column for it.
 ";
