@@ -157,7 +157,7 @@ def capture(start):
         from deformable_cobot.srv import ScanObject
         start('depth_threshold')
         start('view_capture', _use_tf='false')
-        start('scan_server', _stop_when_confident='0.8', _answer_deadline_s='2.0')
+        start('scan_server', _stop_when_confident='0.8', _stop_turn_min_rad='0.0', _answer_deadline_s='2.0')
         Camera(depth_image(), camera_info())
         stages = Stages(answer_to)
         wait_until(lambda: stages.answers.get_num_connections() > 0, 20, 'scan_server listening to the answers')

@@ -81,7 +81,7 @@ def test_bad_depth_image_is_named_and_a_good_one_then_works(launch, image, info,
 def test_depth_in_metres_works(launch):
     graph = launch('graph.launch', **ALONE)
     Camera(depth_image('32FC1'), camera_info())
-    response = graph.scan()
+    response = graph.scan(views=3)
     assert response.error == '' and response.result.view_count == 3
 
 

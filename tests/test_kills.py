@@ -40,7 +40,7 @@ def test_during_a_scan(sim):
     with ThreadPoolExecutor() as pool:
         for node in NODES:
             views.all()
-            scan = pool.submit(sim.scan, timeout_s=SCAN_DEADLINE_S)
+            scan = pool.submit(sim.scan, views=3, timeout_s=SCAN_DEADLINE_S)
             views.next(timeout_s=20)
             kill_and_wait(sim.core, node)
             try:

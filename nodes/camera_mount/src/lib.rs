@@ -3,8 +3,10 @@
 pub mod calibration;
 pub mod file;
 mod parameters;
+mod steady;
 
 pub use parameters::SweepParameters;
+pub use steady::steady_views;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use parameter::{ParameterError, in_range};

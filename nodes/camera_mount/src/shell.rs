@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use camera_mount::calibration::{self, Calibration, View, calibrate};
-use camera_mount::{CameraMount, file};
+use camera_mount::{CameraMount, file, steady_views};
 use msg::deformable_cobot::{
     CalibrateCameraMount, CalibrateCameraMountReq, CalibrateCameraMountRes, CaptureViews,
     CaptureViewsReq, View as ViewMessage,
@@ -124,20 +124,20 @@ impl Calibrator {
         })
     }
 
-    /// Requests views of the object in hand. Returns them, and camera_from_optical.
+    /// Requests views of the object in hand: `views` at rest, or, for 0, those of a sweep. Returns them, and
+    /// camera_from_optical.
     async fn sweep(
         &self,
         mount: &CameraMount,
         views: u32,
         life: &Life,
     ) -> anyhow::Result<(Vec<Seen>, Isometry3<f64>)> {
-        let views = match views {
-            0 => mount.calibration.view_count,
-            asked => asked,
-        };
+        let (range, view_count) = (mount.calibration.range_rad, mount.calibration.view_count);
         let deadline = Duration::from_secs_f64(mount.calibration.deadline_s);
+        let is_sweep = views == 0 && range > 0.0;
         let request = CaptureViewsReq {
-            views,
+            views: if views == 0 { view_count } else { views },
+            range: if is_sweep { range } else { 0.0 },
             ..Default::default()
         };
         let captured = self
@@ -149,9 +149,18 @@ impl Calibrator {
             "view_capture: {}",
             captured.error
         );
+        let used = if is_sweep {
+            let rates_rad_s: Vec<f64> = captured.views.iter().map(|view| view.wrist_rate).collect();
+            steady_views(&rates_rad_s, view_count as usize)
+        } else {
+            (0..captured.views.len()).collect()
+        };
         let mut sweep = Vec::new();
         let mut camera_from_optical = Isometry3::identity();
-        for view in &captured.views {
+        for view in used
+            .into_iter()
+            .filter_map(|number| captured.views.get(number))
+        {
             let (seen, from_optical) = self.seen(mount, view).await?;
             sweep.push(seen);
             camera_from_optical = from_optical;

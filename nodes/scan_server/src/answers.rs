@@ -12,23 +12,49 @@ pub struct Answers {
     scan_id: String,
     heard: Receiver<Classification>,
     newest: Option<Classification>,
-    sure_from: Option<f64>,
+    early_end: Option<EarlyEnd>,
+    /// Wrist angles of the views that were handed on, rad.
+    angles_rad: Vec<f64>,
+}
+
+/// Which running answers end a scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EarlyEnd {
+    /// Least probability of a known object.
+    pub probability_min: f64,
+    /// How far the wrist must have turned between the answer's views, rad.
+    pub turn_min_rad: f64,
 }
 
 impl Answers {
-    /// Listens from now on. A known object with a probability of `sure_from` ends the scan; `None`: no running answer does.
-    pub fn new(all: &Sender<Classification>, scan_id: &str, sure_from: Option<f64>) -> Self {
+    /// Listens from now on; `None`: no running answer ends the scan.
+    pub fn new(all: &Sender<Classification>, scan_id: &str, early_end: Option<EarlyEnd>) -> Self {
         Self {
             scan_id: scan_id.into(),
             heard: all.subscribe(),
             newest: None,
-            sure_from,
+            early_end,
+            angles_rad: Vec::new(),
         }
     }
 
     /// Whether a running answer may end the scan.
     pub fn may_end_scan(&self) -> bool {
-        self.sure_from.is_some()
+        self.early_end.is_some()
+    }
+
+    /// Takes the wrist angle of a view that is handed on, rad.
+    pub fn note_view(&mut self, angle_rad: f64) {
+        self.angles_rad.push(angle_rad);
+    }
+
+    /// How far the wrist turned between the first so many views, rad.
+    fn turned_rad(&self, view_count: u32) -> f64 {
+        let seen = self.angles_rad.iter().take(view_count as usize);
+        let [least, most] = seen.fold([f64::MAX, f64::MIN], |[least, most], angle_rad| {
+            [least.min(*angle_rad), most.max(*angle_rad)]
+        });
+        most - least
     }
 
     /// Whether the newest answer ends the scan.
@@ -44,8 +70,11 @@ impl Answers {
             "{}",
             answer.error
         );
-        let is_sure = |sure_from| answer.probability >= sure_from;
-        Ok(answer.error.is_empty() && answer.known && self.sure_from.is_some_and(is_sure))
+        let is_sure = |end: EarlyEnd| {
+            answer.probability >= end.probability_min
+                && self.turned_rad(answer.view_count) >= end.turn_min_rad
+        };
+        Ok(answer.error.is_empty() && answer.known && self.early_end.is_some_and(is_sure))
     }
 
     /// The newest answer, waited for until it is about this many views or ends the scan; `None` if none came in time.
@@ -125,22 +154,31 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn only_a_known_and_sure_answer_ends_a_scan() {
+    async fn only_a_known_and_sure_answer_to_a_turn_ends_a_scan() {
         let all = Sender::new(16);
-        let said = |known, probability| Classification {
+        let said = |known, probability, view_count| Classification {
             known,
             probability,
-            ..answer("a", 1, false)
+            ..answer("a", view_count, false)
         };
-        for (sure_from, sent, suffices) in [
-            (Some(0.9), said(true, 0.9), true),
-            (Some(0.9), said(true, 0.89), false),
-            (Some(0.9), said(true, f64::NAN), false),
-            (Some(0.9), said(false, 1.0), false),
-            (None, said(true, 1.0), false),
+        let end = Some(EarlyEnd {
+            probability_min: 0.9,
+            turn_min_rad: 0.18,
+        });
+        for (early_end, sent, suffices) in [
+            (end, said(true, 0.9, 3), true),
+            (end, said(true, 0.9, 2), false),
+            (end, said(true, 0.9, 0), false),
+            (end, said(true, 0.89, 3), false),
+            (end, said(true, f64::NAN, 3), false),
+            (end, said(false, 1.0, 3), false),
+            (None, said(true, 1.0, 3), false),
         ] {
-            let mut answers = Answers::new(&all, "a", sure_from);
+            let mut answers = Answers::new(&all, "a", early_end);
             assert!(!answers.suffice().unwrap());
+            for angle_rad in [1.25, 1.2, 1.05] {
+                answers.note_view(angle_rad);
+            }
             all.send(sent).unwrap();
             answers.next().await;
             assert_eq!(answers.suffice().unwrap(), suffices, "{:?}", answers.newest);

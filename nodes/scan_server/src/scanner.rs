@@ -86,7 +86,7 @@ impl<S: Stages> Scanner<S> {
         let scan_id = new_scan_id();
         log::info!("scan {scan_id}: {plan:?}");
         self.progress.begin(&scan_id, plan.count());
-        let mut answers = Answers::new(&self.answers, &scan_id, self.parameters.sure_from(wish));
+        let mut answers = Answers::new(&self.answers, &scan_id, self.parameters.early_end(wish));
         let result = self
             .views_to_label(&scan_id, &plan, &mut answers, life)
             .await;
@@ -139,6 +139,7 @@ impl<S: Stages> Scanner<S> {
             let captured = self.stages.capture(angle_rad, life).await;
             let view = captured.with_context(|| format!("view {} of {count}", index + 1))?;
             self.progress.taken(view.cloud.width * view.cloud.height);
+            answers.note_view(view.wrist_angle);
             self.stages.publish(View {
                 scan_id: scan_id.into(),
                 index,

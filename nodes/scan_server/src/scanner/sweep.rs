@@ -71,7 +71,7 @@ impl<S: Stages> Scanner<S> {
                 biased;
                 view = captured.recv() => match view {
                     Ok(view) if view.scan_id == scan_id && life.end().is_none() => {
-                        self.hand_on(&view, &mut handed);
+                        self.hand_on(&view, &mut handed, answers);
                     }
                     Ok(_) => {}
                     Err(RecvError::Lagged(count)) => self.leave_out(count as u32, &mut handed),
@@ -124,7 +124,7 @@ impl<S: Stages> Scanner<S> {
         Ok(())
     }
 
-    fn hand_on(&self, view: &Arc<View>, handed: &mut Handed<'_>) {
+    fn hand_on(&self, view: &Arc<View>, handed: &mut Handed<'_>, answers: &mut Answers) {
         let is_last = view.index + 1 == view.count;
         let under_way = handed.handed_on.saturating_sub(handed.answered);
         if under_way >= UNDER_WAY_MAX && !is_last {
@@ -141,6 +141,7 @@ impl<S: Stages> Scanner<S> {
         handed.is_complete = is_last;
         self.progress.turning(index, f64::NAN);
         self.progress.taken(view.cloud.width * view.cloud.height);
+        answers.note_view(view.wrist_angle);
         self.stages.publish(View {
             scan_id: handed.scan_id.into(),
             index,

@@ -1,0 +1,58 @@
+//! Which views of a sweep a calibration uses.
+//!
+//! Joint states and images may be stamped by two clocks. While the wrist turns at a constant rate, a difference of the clocks
+//! turns all views of a sweep alike, about the wrist's axis: the views still agree with each other, and calibration, which
+//! compares views of one sweep, does not see it. Views at other rates, as on a ramp or on the way back, are turned by another
+//! angle, and would be taken for an error of the mount.
+
+/// Least share of the usual rate that a view must have.
+const RATE_SHARE_MIN: f64 = 0.95;
+
+/// Numbers of at most `count` views, evenly spread over those that were taken at the sweep's own rate, by the rates of all
+/// views in their order (rad/s, with sign). None where nothing turned.
+pub fn steady_views(rates_rad_s: &[f64], count: usize) -> Vec<usize> {
+    // The range is longer than the way to its beginning, which the wrist goes in the other direction.
+    let mut sorted: Vec<f64> = rates_rad_s.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let Some(&usual_rad_s) = sorted.get(sorted.len() / 2) else {
+        return Vec::new();
+    };
+    let is_steady = |rate_rad_s: f64| {
+        let share = rate_rad_s / usual_rad_s;
+        (RATE_SHARE_MIN..=1.0 / RATE_SHARE_MIN).contains(&share)
+    };
+    let steady: Vec<usize> = (0..)
+        .zip(rates_rad_s)
+        .filter(|(_, rate_rad_s)| is_steady(**rate_rad_s))
+        .map(|(number, _)| number)
+        .collect();
+    let count = count.min(steady.len());
+    (0..count)
+        .filter_map(|place| steady.get(place * (steady.len() - 1) / (count - 1).max(1)))
+        .copied()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_on_ramps_and_on_the_way_to_the_beginning_are_left_out() {
+        let mut rates = vec![0.02, -0.5, -1.15, -1.15, -0.3];
+        rates.extend([0.1, 0.7]);
+        rates.extend([1.15; 9]);
+        rates.extend([0.6, 0.0]);
+        assert_eq!(steady_views(&rates, 3), [7, 11, 15]);
+        assert_eq!(steady_views(&rates, 50), [7, 8, 9, 10, 11, 12, 13, 14, 15]);
+        assert_eq!(steady_views(&rates, 1), [7]);
+        assert!(steady_views(&rates, 0).is_empty());
+    }
+
+    #[test]
+    fn a_wrist_that_does_not_turn_has_no_steady_views() {
+        assert!(steady_views(&[], 4).is_empty());
+        assert!(steady_views(&[0.0; 5], 4).is_empty());
+        assert!(steady_views(&[f64::NAN; 5], 4).is_empty());
+    }
+}
