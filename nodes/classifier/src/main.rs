@@ -150,21 +150,28 @@ fn name_object(model: &Mutex<Model>, object: ObjectCloud) -> Classification {
     result
 }
 
+/// The log keeps to the answer that ends a scan; a sweep has one after each view.
 fn report(result: &Classification) {
     let (scan_id, views) = (&result.scan_id, result.view_count);
-    match (&result.error[..], &result.label[..]) {
-        ("", "") => log::info!("scan {scan_id}: the hand is empty, by {views} view(s)"),
-        ("", label) if result.known => log::info!(
-            "scan {scan_id}: {label} ({:.3}), by {views} view(s)",
-            result.probability
-        ),
-        ("", label) => log::info!(
-            "scan {scan_id}: unknown, most like {label} ({:.3}), by {views} view(s): {}",
-            result.probability,
+    let probability = result.probability;
+    let said = match (&result.error[..], &result.label[..]) {
+        ("", "") => "the hand is empty".to_owned(),
+        ("", label) if result.known => format!("{label} ({probability:.3})"),
+        ("", label) => format!(
+            "unknown, most like {label} ({probability:.3}): {}",
             result.reason
         ),
-        (error, _) => log::error!("scan {scan_id}: {error}"),
-    }
+        (error, _) => {
+            log::error!("scan {scan_id}: {error}");
+            return;
+        }
+    };
+    let level = if result.complete {
+        log::Level::Info
+    } else {
+        log::Level::Debug
+    };
+    log::log!(level, "scan {scan_id}: {said}, by {views} view(s)");
 }
 
 /// An empty hand has no label, and nothing is known of it.
