@@ -147,7 +147,7 @@ def test_emergency_stop_in_mid_scan(graph):
 
 # What a scan says while a node is stopped; empty: it succeeds, since the node is not needed.
 STOPPED = {
-    'wrist_rotator': 'rotate_wrist',
+    'wrist_rotator': 'sweep_wrist',
     'depth_threshold': "no cloud on 'points'",
     'icp_registration': 'not running: icp_registration',
     'roi_crop': 'not running: roi_crop',

@@ -30,7 +30,7 @@ time.sleep(1000)
 
 def scan_well(graph):
     response = graph.scan()
-    assert (response.error, response.result.label, response.result.view_count) == ('', 'medium-can', 3)
+    assert (response.error, response.result.label, response.result.known) == ('', 'medium-can', True)
     return response.result
 
 
