@@ -107,6 +107,11 @@ bench: build
 	$(PYTHON) tests/peers/registration
 	$(PYTHON) tests/peers/deformation
 	$(PYTHON) tests/peers/training
+	# Objects taught one after the other, until the model knows twenty: target/bench/taught.png.
+	cargo build --release --workspace --example study
+	mkdir -p target/bench
+	target/release/examples/study --model config/model.onnx --shipped-only --specimens 25 --scans 60 \
+		--plot target/bench/taught.png
 
 SCANS := 500
 soak: build

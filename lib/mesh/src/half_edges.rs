@@ -139,8 +139,9 @@ impl HalfEdges {
         (0..self.vertex_count() as u32).flat_map(at).collect()
     }
 
-    /// Number of boundary loops: closed lines of edges that have a triangle on one side only.
-    pub fn boundary_loops(&self) -> usize {
+    /// Boundary loops: closed lines of edges that have a triangle on one side only, as their vertices in the direction in
+    /// which these triangles run.
+    pub fn boundaries(&self) -> Vec<Vec<u32>> {
         let mut next = BTreeMap::new();
         for vertex in 0..self.vertex_count() as u32 {
             let mut open: Vec<&HalfEdge> = self.from(vertex).iter().collect();
@@ -148,14 +149,21 @@ impl HalfEdges {
             open.sort_by_key(|edge| edge.triangle);
             next.extend(open.iter().map(|edge| (vertex, edge.end)));
         }
-        let mut loops = 0;
-        while let Some((_, mut at)) = next.pop_first() {
-            loops += 1;
+        let mut loops = Vec::new();
+        while let Some((first, mut at)) = next.pop_first() {
+            let mut vertices = vec![first];
             while let Some(to) = next.remove(&at) {
+                vertices.push(at);
                 at = to;
             }
+            loops.push(vertices);
         }
         loops
+    }
+
+    /// Number of boundary loops.
+    pub fn boundary_loops(&self) -> usize {
+        self.boundaries().len()
     }
 }
 
@@ -207,6 +215,7 @@ mod tests {
     #[test]
     fn boundaries_are_counted() {
         assert_eq!(three().boundary_loops(), 2);
+        assert_eq!(three().boundaries(), [vec![0, 1, 3, 2], vec![4, 6, 5]]);
         let closed = crate::Mesh::cylinder(1.0, 0.0, 1.0, 5);
         assert_eq!(closed.half_edges().boundary_loops(), 0);
     }

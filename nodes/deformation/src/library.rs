@@ -42,11 +42,14 @@ pub enum LibraryError {
     Program(#[source] std::io::Error),
     /// Nobody has put one there.
     #[error(
-        "no reference for the label '{label}': put {label}.ply, in millimetres, into the folder of references"
+        "no reference for the label '{label}': put {label}.ply, in millimetres, into {}",
+        named(folder)
     )]
     NoReference {
         /// What was asked for.
         label: String,
+        /// Where it is looked for; empty: nowhere.
+        folder: PathBuf,
     },
     /// The file cannot be read.
     #[error(transparent)]
@@ -119,6 +122,7 @@ impl Library {
             .remove(label)
             .ok_or_else(|| LibraryError::NoReference {
                 label: label.to_owned(),
+                folder: self.folder.clone(),
             })
     }
 
@@ -145,6 +149,14 @@ impl Library {
 
     fn prepared(&self) -> MutexGuard<'_, BTreeMap<String, Prepared>> {
         self.prepared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A folder of references, or how to name one.
+fn named(folder: &Path) -> String {
+    match folder == Path::new("") {
+        true => "a folder, and name it with the parameter references".to_owned(),
+        false => folder.display().to_string(),
     }
 }
 
@@ -208,10 +220,18 @@ mod tests {
         let (_folder, library) = folder_with(&Mesh::cylinder(0.03, 0.0, 0.1, 64));
         for label in ["teapot", "", "../thing", "notes"] {
             let text = library.get(label).map(|_| ()).unwrap_err().to_string();
-            assert!(text.contains(&format!("{label}.ply")), "{text}");
+            let remedy = format!(
+                "put {label}.ply, in millimetres, into {}",
+                library.folder.display()
+            );
+            assert!(text.contains(&remedy), "{text}");
         }
         let none = Library::open("").unwrap();
-        assert!(none.get("thing").is_err());
+        let text = none.get("thing").map(|_| ()).unwrap_err().to_string();
+        assert!(
+            text.contains("name it with the parameter references"),
+            "{text}"
+        );
     }
 
     #[test]

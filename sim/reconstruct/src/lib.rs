@@ -16,6 +16,7 @@ mod poisson;
 mod remesh;
 mod report;
 mod settings;
+mod several;
 mod surface;
 mod trim;
 
@@ -26,6 +27,7 @@ pub use check::{Defect, check};
 pub use clean::Mended;
 pub use report::{FromPoints, NormalSource, Report, Seconds};
 pub use settings::Settings;
+pub use several::check_one_object;
 
 /// Why a scan does not become a mesh, and what to do about it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -85,6 +87,16 @@ pub enum ReconstructError {
         /// How many vertices there are.
         vertices: usize,
     },
+    /// Parts too far from each other for one object.
+    #[error(
+        "{count} objects are in view, more than {gap_mm:.0} mm from each other; show one alone"
+    )]
+    SeveralObjects {
+        /// How many there are.
+        count: usize,
+        /// A wider gap than this, mm, separates objects.
+        gap_mm: f32,
+    },
     /// A surface that no object has.
     #[error(
         "the scan's surface has {found}, which no object has: its points or normals are no surface's; leave the normals out, \
@@ -112,6 +124,7 @@ pub fn mesh_from_scan(
 ) -> Result<(Mesh, Report), ReconstructError> {
     settings.check()?;
     check_scan(scan)?;
+    check_one_object(scan)?;
     let (raw, from_points) = if scan.is_cloud() {
         let (mesh, from_points) = surface::from_points(scan, settings)?;
         (mesh, Some(from_points))

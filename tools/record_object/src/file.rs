@@ -15,7 +15,10 @@ pub struct Target {
 }
 
 impl Target {
-    /// FOLDER/NAME.ply; an error where the name cannot be a label, or there is such a file and it is not to be replaced.
+    /// FOLDER/NAME.ply.
+    ///
+    /// # Errors
+    /// The name cannot be a label, or there is such a file and it is not to be replaced.
     pub fn new(folder: &Path, name: &str, force: bool) -> Result<Self> {
         ensure!(
             folder.is_dir(),
@@ -51,6 +54,9 @@ impl Target {
     }
 
     /// Writes clouds (m) beside it, NAME.grasp_1.ply and so on, over those of an earlier try; gives the files' paths.
+    ///
+    /// # Errors
+    /// A file cannot be written.
     pub fn keep(&self, grasps: &[&[Point3<f32>]]) -> Result<Vec<PathBuf>> {
         let write = |(at, points): (usize, &&[Point3<f32>])| {
             let file = self.path.with_extension(format!("grasp_{}.ply", at + 1));
@@ -61,6 +67,9 @@ impl Target {
     }
 
     /// Writes the mesh, whole or not at all; gives the file's path.
+    ///
+    /// # Errors
+    /// It cannot be written, or another file of that name is there now.
     pub fn write(&self, mesh: &Mesh) -> Result<&Path> {
         self.check()?;
         write_ply(&self.path, mesh)?;

@@ -1,11 +1,13 @@
 //! What one grasp shows of the object.
 
+use ::mesh::file::Scan;
 use anyhow::{Result, ensure};
 use msg::deformable_cobot::Classification;
 use nalgebra::Point3;
 use scan::answer;
 use scan::recording::Recorded;
 use serde_json::{Value, json};
+use sim_reconstruct::check_one_object;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -26,7 +28,10 @@ pub struct Grasp {
 }
 
 impl Grasp {
-    /// Of a scan that was to have so many views (a sweep has as many as it takes); an error where it does not show an object from all sides.
+    /// Of a scan that was to have so many views (a sweep has as many as it takes).
+    ///
+    /// # Errors
+    /// It does not show one object alone, from all sides.
     pub fn of(scan: &Recorded, answer: Classification, views_asked: Option<u32>) -> Result<Self> {
         let views = &scan.registered.views;
         ensure!(
@@ -58,9 +63,14 @@ impl Grasp {
             "{grasp}; at least {:.0}° are needed: turn farther, or take more --views",
             COVERAGE_MIN_RAD.to_degrees()
         );
+        check_one_object(&Scan {
+            points_m: grasp.points.clone(),
+            ..Scan::default()
+        })?;
         Ok(grasp)
     }
 
+    /// For programs.
     pub fn to_json(&self) -> Value {
         json!({
             "views": self.views,
@@ -150,5 +160,11 @@ mod tests {
         );
         refusal(|scan| scan.registered.view_count = 2, "2 of 3 views");
         refusal(|scan| scan.object.empty = true, "the hand is empty");
+        let two = |scan: &mut Recorded| {
+            let near = |k: usize| Point3::new(0.004 * k as f32, 0.1 * (k / 20) as f32, 0.3);
+            let points: Vec<_> = (0..40).map(near).collect();
+            scan.object.cloud = from_points(Header::default(), &points);
+        };
+        refusal(two, "2 objects are in view");
     }
 }

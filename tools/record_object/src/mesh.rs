@@ -8,16 +8,22 @@ use serde_json::{Value, json};
 use sim_reconstruct::{Report, Settings, mesh_from_scan};
 use std::fmt;
 
+use crate::unseen::Unseen;
+
 /// The recorded object.
 #[derive(Debug)]
 pub struct Recorded {
     /// In the object's frame: bottom centre, +z up, m.
     pub mesh: Mesh,
     report: Report,
+    unseen: Unseen,
 }
 
 impl Recorded {
     /// Makes the surface that points (m, +z up) are of.
+    ///
+    /// # Errors
+    /// They are not of one object's surface.
     pub fn of(points: &[Point3<f32>]) -> Result<Self> {
         let scan = Scan {
             points_m: points.to_vec(),
@@ -25,9 +31,15 @@ impl Recorded {
         };
         let (mesh, report) = mesh_from_scan(&scan, &Settings::default())?;
         Ok(Self {
+            unseen: Unseen::of(&mesh),
             mesh: mesh.stood_up(),
             report,
         })
+    }
+
+    /// What the points do not show of it.
+    pub fn unseen(&self) -> &Unseen {
+        &self.unseen
     }
 
     fn extent_m(&self) -> [f32; 3] {
@@ -35,10 +47,12 @@ impl Recorded {
         (max - min).into()
     }
 
+    /// For programs.
     pub fn to_json(&self) -> Value {
         json!({
             "extent_m": self.extent_m(),
             "vertices": self.report.vertices,
+            "seen_share": self.unseen.seen_share(),
             "holes": self.report.boundary_loops,
             "handles": self.report.handles,
         })
@@ -56,7 +70,8 @@ impl fmt::Display for Recorded {
         let vertices = self.report.vertices;
         write!(
             f,
-            "{x:.0} x {y:.0} x {z:.0} mm, {vertices} vertices, {holes}"
+            "{x:.0} x {y:.0} x {z:.0} mm, {vertices} vertices, {holes}; {}",
+            self.unseen
         )
     }
 }

@@ -1,14 +1,14 @@
 //! Waits for a person.
 
+use crate::record::Screen;
 use anyhow::{Result, bail};
 use node::Node;
-use scan::program;
 use std::io::BufRead;
 use tokio::sync::oneshot;
 
 /// Asks for the second grasp, and returns when Enter is pressed.
-pub async fn until_enter(node: &Node) -> Result<()> {
-    program::note(
+pub async fn until_enter(node: &Node, screen: &impl Screen) -> Result<()> {
+    screen.note(
         "now the other end: open the gripper (rosservice call /grasp \"{command: open}\"), put the object back upside \
          down, close it, and press Enter",
     );

@@ -4,6 +4,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use msg::deformable_cobot::ScanObjectFeedback;
 use std::time::Duration;
 
+/// Shows a scan to its user.
+pub trait Viewer {
+    /// How it goes.
+    fn show(&self, report: &ScanObjectFeedback);
+    /// These words instead.
+    fn say(&self, words: &'static str);
+}
+
 /// A line that changes with the scan.
 pub struct Bar(ProgressBar);
 
@@ -19,31 +27,35 @@ impl Default for Bar {
 }
 
 impl Bar {
-    /// Shows a report.
-    pub fn show(&self, report: &ScanObjectFeedback) {
-        self.0.set_length(u64::from(report.count));
-        let is_over = !matches!(&report.state[..], "turning" | "looking");
-        let taken = if is_over {
-            report.view
-        } else {
-            report.view.saturating_sub(1)
-        };
-        self.0.set_position(u64::from(taken));
-        self.0.set_message(line(report));
-    }
-
-    /// Shows these words instead.
-    pub fn say(&self, words: &'static str) {
-        self.0.set_message(words);
-    }
-
     /// Removes the line.
     pub fn clear(&self) {
         self.0.finish_and_clear();
     }
 }
 
-fn line(report: &ScanObjectFeedback) -> String {
+impl Viewer for Bar {
+    fn show(&self, report: &ScanObjectFeedback) {
+        self.0.set_length(u64::from(report.count));
+        self.0.set_position(u64::from(views_taken(report)));
+        self.0.set_message(line(report));
+    }
+
+    fn say(&self, words: &'static str) {
+        self.0.set_message(words);
+    }
+}
+
+/// Views that are over.
+pub fn views_taken(report: &ScanObjectFeedback) -> u32 {
+    let is_over = !matches!(&report.state[..], "turning" | "looking");
+    match is_over {
+        true => report.view,
+        false => report.view.saturating_sub(1),
+    }
+}
+
+/// A report in words.
+pub fn line(report: &ScanObjectFeedback) -> String {
     let mut line = format!("view {} of {}: {}", report.view, report.count, report.state);
     if report.state == "turning" && report.wrist_angle.is_finite() {
         line += &format!(", at {:.0}°", report.wrist_angle.to_degrees());

@@ -1,6 +1,6 @@
 //! The client's side of the action `scan_object`.
 
-use crate::bar::Bar;
+use crate::bar::Viewer;
 use crate::goal::{Goal, Send};
 use anyhow::{Result, bail, ensure};
 use msg::actionlib_msgs::{GoalID, GoalStatus, GoalStatusArray};
@@ -76,12 +76,16 @@ impl Client {
         while !matches!(self.events.recv().await, Some(Event::Status(_))) {}
     }
 
-    /// Makes the scan that is asked for, shown on the bar. Where the program is asked to end, it asks the
+    /// Makes the scan that is asked for, and shows how it goes. Where the program is asked to end, it asks the
     /// server to end the scan, and returns when the arm is still.
     ///
     /// # Errors
     /// Why there is no answer.
-    pub async fn scan(&mut self, goal: ScanObjectGoal, bar: &Bar) -> Result<Classification> {
+    pub async fn scan(
+        &mut self,
+        goal: ScanObjectGoal,
+        viewer: &impl Viewer,
+    ) -> Result<Classification> {
         let message = self.next_goal(goal);
         let id = message.goal_id.id.clone();
         let mut goal = Goal::new(&id, Instant::now());
@@ -100,7 +104,7 @@ impl Client {
                 event = self.events.recv() => event,
                 _ = ticker.tick() => continue,
                 () = node.until_shutdown(), if !goal.is_cancelled() => {
-                    bar.say("stopping the arm");
+                    viewer.say("stopping the arm");
                     goal.cancel(Instant::now());
                     continue;
                 }
@@ -109,7 +113,7 @@ impl Client {
                 Some(Event::Status(statuses)) => goal.on_status(&statuses, Instant::now()),
                 Some(Event::Feedback(message)) if message.status.goal_id.id == id => {
                     if !goal.is_cancelled() {
-                        bar.show(&message.feedback);
+                        viewer.show(&message.feedback);
                     }
                 }
                 Some(Event::Result(message)) if message.status.goal_id.id == id => {

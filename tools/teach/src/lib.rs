@@ -12,6 +12,7 @@ pub mod look;
 pub mod object;
 pub mod prepare;
 pub mod progress;
+pub mod source;
 pub mod stored;
 pub mod teach;
 mod together;

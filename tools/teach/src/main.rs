@@ -2,7 +2,7 @@
 
 mod text;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,11 +12,14 @@ use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
 use classifier::shipped_model;
 use mesh::file::MILLIMETRE;
+use record_object::{Grasps, Made};
 use serde_json::json;
 use teach::object::Counts;
+use teach::progress::{Part, Progress};
+use teach::source::Origin;
 use teach::stored::Stored;
 use teach::teach::{Order, Taught, check_new, teach};
-use teach::{change, graph, prepare, views};
+use teach::{change, graph, prepare};
 
 use text::{list, text, words};
 
@@ -33,7 +36,7 @@ use text::{list, text, words};
 )]
 struct Arguments {
     /// Name of the object; it becomes the label
-    #[arg(required_unless_present_any = ["list", "forget", "rename", "undo", "prepare"])]
+    #[arg(required_unless_present_any = ["list", "forget", "rename", "undo", "prepare", "load"])]
     label: Option<String>,
     /// Points or a mesh of the object, +z up: PLY, PCD or OBJ [default: the robot records the object in its hand]
     #[arg(long, value_name = "FILE")]
@@ -42,10 +45,12 @@ struct Arguments {
     /// one frame, +z up
     #[arg(long, value_name = "VIEW", num_args = 1.., conflicts_with = "scan")]
     files: Vec<PathBuf>,
-    /// How often the object is grasped while the robot records it: 1 or 2; the second time upside down
-    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=2), conflicts_with_all = ["scan", "files"])]
-    grasps: u32,
-    /// Have the running classifier answer with the new model; always done where the robot records
+    /// How often the object is grasped while the robot records it: 1 or 2; the second time upside down [default: a second time
+    /// only where the first shows too little of it]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=2), conflicts_with_all = ["scan", "files"])]
+    grasps: Option<u32>,
+    /// Have the running classifier answer with the new model, which is always done where the robot records; without a LABEL:
+    /// with --model as it is
     #[arg(long)]
     load: bool,
     /// The files' unit [default: mm of --scan, m of --files]
@@ -100,6 +105,29 @@ fn at_least(least: usize) -> impl Fn(&str) -> Result<usize, String> + Clone + Se
 }
 
 impl Arguments {
+    /// Where the object comes from.
+    fn origin(&self) -> Origin {
+        let metres_per_unit = |default: Units| match self.units.unwrap_or(default) {
+            Units::M => 1.0,
+            Units::Mm => MILLIMETRE,
+        };
+        match (&self.scan, &self.files[..]) {
+            (Some(scan), _) => Origin::File {
+                scan: scan.clone(),
+                metres_per_unit: metres_per_unit(Units::Mm),
+            },
+            (None, []) => Origin::Hand(match self.grasps {
+                None => Grasps::AsNeeded,
+                Some(1) => Grasps::One,
+                Some(_) => Grasps::Two,
+            }),
+            (None, files) => Origin::Views {
+                files: files.to_vec(),
+                metres_per_unit: metres_per_unit(Units::M),
+            },
+        }
+    }
+
     fn counts(&self) -> Counts {
         Counts {
             grasps: self.dents,
@@ -115,157 +143,119 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
+    let out = &arguments.model;
     if arguments.prepare {
         let order = prepare::Order {
             counts: arguments.counts(),
             seed: arguments.seed,
         };
         let stop = stop_on_signal()?;
-        let (path, bytes) = prepare::prepare(&arguments.model, order, &stop)?;
+        let (path, bytes) = prepare::prepare(out, order, &stop)?;
         return say(
             arguments,
             &format!("{}, {bytes} bytes, made for", path.display()),
         );
     }
+    let changes_nothing = arguments.label.is_none()
+        && arguments.forget.is_none()
+        && arguments.rename.is_none()
+        && !arguments.undo
+        && !arguments.list;
+    if changes_nothing {
+        program::note(graph::load_here(out)?);
+        return say(arguments, "loaded");
+    }
     let from = match &arguments.from {
         Some(from) => from.clone(),
-        None if arguments.model.exists() || arguments.undo => arguments.model.clone(),
+        None if out.exists() || arguments.undo => out.clone(),
         None => shipped_model()?,
     };
     let stored = Stored::open(&from)?;
-    match changed(arguments, &stored)? {
-        None => list(&stored, arguments.json),
-        Some(Change::Done(done)) => {
-            let loaded = arguments.load.then(|| use_in_graph(&arguments.model, None));
-            say(arguments, &done)?;
-            loaded.unwrap_or(Ok(()))
-        }
-        Some(Change::Taught(taught)) => {
-            if let Some(doubt) = &taught.doubt {
-                program::note(format_args!("teach: {doubt}"));
-            }
-            if arguments.json {
-                program::print(format_args!("{:#}\n", serde_json::to_value(&taught)?))?;
-            } else {
-                program::print(text(&taught))?;
-            }
-            if arguments.load || (arguments.scan.is_none() && arguments.files.is_empty()) {
-                use_in_graph(&taught.model, Some(&taught.reference))?;
-            }
-            Ok(())
-        }
+    if let Some(label) = &arguments.label {
+        return teach_label(arguments, &stored, label);
     }
+    let done = if let Some(label) = &arguments.forget {
+        change::forget(&stored, label, out)?;
+        format!("forgot {label}")
+    } else if let Some([label, to]) = arguments.rename.as_deref() {
+        change::rename(&stored, label, to, out)?;
+        format!("{label} is now called {to}")
+    } else if arguments.undo {
+        format!("took back: {}", words(&change::undo(&stored)?.did))
+    } else {
+        return list(&stored, arguments.json);
+    };
+    let loaded = arguments.load.then(|| graph::load(out));
+    say(arguments, &done)?;
+    loaded.transpose()?.iter().for_each(program::note);
+    Ok(())
 }
 
-enum Change {
-    Done(String),
-    Taught(Box<Taught>),
-}
-
-/// Changes the model as it is asked for; `None` where nothing is to be changed.
-fn changed(arguments: &Arguments, stored: &Stored) -> Result<Option<Change>> {
-    let out = &arguments.model;
-    let done = |words: String| Ok(Some(Change::Done(words)));
-    if arguments.list {
-        return Ok(None);
-    }
-    if let Some(label) = &arguments.forget {
-        change::forget(stored, label, out)?;
-        return done(format!("forgot {label}"));
-    }
-    if let Some([label, to]) = arguments.rename.as_deref() {
-        change::rename(stored, label, to, out)?;
-        return done(format!("{label} is now called {to}"));
-    }
-    if arguments.undo {
-        let step = change::undo(stored)?;
-        return done(format!("took back: {}", words(&step.did)));
-    }
-    let label = arguments
-        .label
-        .clone()
-        .context("no name of an object was given")?;
+/// Teaches an object, and has the running classifier answer with the new model where that is wanted.
+fn teach_label(arguments: &Arguments, stored: &Stored, label: &str) -> Result<()> {
     // Before the arm moves for what cannot be taught.
-    check_new(stored, &label)?;
-    // Before the recording, which ends by the same signal once the arm rests.
+    check_new(stored, label)?;
+    // Before the recording, which hears the same signals and ends once the arm rests.
     let stop = stop_on_signal()?;
+    let origin = arguments.origin();
+    let by_robot = matches!(origin, Origin::Hand(_));
+    let is_loaded = arguments.load || by_robot;
+    let progress = Progress::new(&origin.parts(is_loaded));
+    let done = taught(arguments, stored, label, &origin, &stop, &progress);
+    let loaded = match &done {
+        Ok(_) if is_loaded => {
+            progress.begin(Part::Load, 1);
+            Some(graph::load(&arguments.model))
+        }
+        _ => None,
+    };
+    progress.clear();
+    let (taught, recorded) = done?;
+    if let Some(doubt) = &taught.doubt {
+        program::note(format_args!("teach: {doubt}"));
+    }
+    if arguments.json {
+        let mut described = serde_json::to_value(&taught)?;
+        described["recorded"] = json!(recorded.as_ref().map(Made::to_json));
+        program::print(format_args!("{described:#}\n"))?;
+    } else {
+        program::print(text(&taught))?;
+    }
+    loaded.transpose()?.iter().for_each(program::note);
+    Ok(())
+}
+
+/// Gets the object and teaches it.
+fn taught(
+    arguments: &Arguments,
+    stored: &Stored,
+    label: &str,
+    origin: &Origin,
+    stop: &AtomicBool,
+    progress: &Progress,
+) -> Result<(Taught, Option<Made>)> {
     // Removed in the end.
     let folder = tempfile::tempdir().context("cannot make a folder for the views")?;
-    let source = source(arguments, &label, folder.path())?;
+    let source = origin.get(label, folder.path(), stop, progress)?;
     let order = Order {
-        label,
+        label: label.to_owned(),
         scan: source.scan,
         from: source.from,
         metres_per_unit: source.metres_per_unit,
-        out: out.clone(),
+        out: arguments.model.clone(),
         counts: arguments.counts(),
         fit: FitSettings::default(),
         seed: arguments.seed,
     };
-    let taught = teach(stored, &order, &stop)?;
-    Ok(Some(Change::Taught(Box::new(taught))))
-}
-
-/// Points or a mesh to teach.
-struct Source {
-    scan: PathBuf,
-    from: String,
-    metres_per_unit: f64,
-}
-
-/// What is to be taught, from where the arguments say; `folder` is for what is made of views.
-fn source(arguments: &Arguments, label: &str, folder: &Path) -> Result<Source> {
-    let metres_per_unit = |default: Units| match arguments.units.unwrap_or(default) {
-        Units::M => 1.0,
-        Units::Mm => MILLIMETRE,
-    };
-    let name_of = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
-    if let Some(first) = arguments.files.first() {
-        let points = views::object_of(&arguments.files, metres_per_unit(Units::M))?;
-        let scan = folder.join(format!("{label}.ply"));
-        cloud::write_ply(&scan, &points)?;
-        return Ok(Source {
-            scan,
-            from: format!(
-                "{} and {} more views",
-                name_of(first),
-                arguments.files.len() - 1
-            ),
-            metres_per_unit: 1.0,
-        });
-    }
-    let scan = match &arguments.scan {
-        Some(scan) => scan.clone(),
-        None => graph::record(label, arguments.grasps)?,
-    };
-    Ok(Source {
-        from: name_of(&scan),
-        metres_per_unit: metres_per_unit(Units::Mm),
-        scan,
-    })
-}
-
-/// Has the running graph use a model, and compare with the reference of what was taught.
-fn use_in_graph(model: &Path, reference: Option<&Path>) -> Result<()> {
-    // Before the model, so that the reference is there at the first answer with the new label.
-    let (placed, misplaced) = match reference.map(graph::Placed::of).transpose() {
-        Ok(placed) => (placed.flatten(), None),
-        Err(error) => (None, Some(error)),
-    };
-    match graph::load(model) {
-        Ok(id) => {
-            program::note(format_args!(
-                "the classifier answers with {id} from the next scan on"
-            ));
-            misplaced.map_or(Ok(()), Err)
-        }
-        Err(error) => {
-            if let Some(placed) = placed {
-                placed.take_back()?;
-            }
-            Err(error)
-        }
-    }
+    let taught = teach(stored, &order, stop, progress);
+    let taught = taught.with_context(|| match &source.recorded {
+        Some(made) => format!(
+            "the recording is kept, to go on with: teach {label} --scan {} --load",
+            made.file.display()
+        ),
+        None => format!("{label} was not taught"),
+    })?;
+    Ok((taught, source.recorded))
 }
 
 /// Becomes true at the first SIGINT or SIGTERM.

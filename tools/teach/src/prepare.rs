@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use adaptation::{Block, KEPT_MAX, Kept, STRANGERS, features_path};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use classifier::{Extractor, Model, Provider, SelfTest, TestCloud, self_test_path};
 use mesh::Mesh;
 use mesh::file::MILLIMETRE;
@@ -16,8 +16,9 @@ use sim_scan::{ScanParameters, dented};
 
 use crate::look::{Watch, features, to_learn};
 use crate::object::{Counts, load, specimens};
-use crate::progress::Progress;
+use crate::progress::{Part, Progress};
 use crate::stored::{Unprepared, references_of};
+use crate::together::unwritten;
 
 /// What to look at.
 #[derive(Debug, Clone, Copy)]
@@ -35,9 +36,8 @@ pub struct Order {
 /// A label has no reference, the model is not the robot's network, or the file cannot be written.
 pub fn prepare(model: &Path, order: Order, stop: &AtomicBool) -> Result<(PathBuf, usize)> {
     let unprepared = Unprepared::open(model)?;
-    let labels = &unprepared.metadata.labels;
     let each = order.counts.scans + order.counts.scans.div_ceil(2);
-    let progress = Progress::new((labels.len() + STRANGERS) * each);
+    let progress = Progress::new(&[Part::Known, Part::Strangers]);
     let made = blocks(&unprepared, order, stop, &progress);
     progress.clear();
     let (blocks, clouds) = made?;
@@ -59,8 +59,7 @@ pub fn prepare(model: &Path, order: Order, stop: &AtomicBool) -> Result<(PathBuf
         (self_test_path(model), test.encode()?),
         (path.clone(), bytes.clone()),
     ] {
-        whole_file::write(&path, &bytes)
-            .with_context(|| format!("cannot write {}; is there space?", path.display()))?;
+        whole_file::write(&path, &bytes).map_err(unwritten(&path, bytes.len()))?;
     }
     Ok((path, bytes.len()))
 }
@@ -84,8 +83,10 @@ fn blocks(
         clouds: Vec::new(),
     };
     let mut blocks = Vec::new();
-    progress.say("looking at what it knows");
-    for label in &unprepared.metadata.labels {
+    let labels = &unprepared.metadata.labels;
+    let each = order.counts.scans + order.counts.scans.div_ceil(2);
+    progress.begin(Part::Known, labels.len() * each);
+    for label in labels {
         let seed = random.random();
         let meshes = match label.parse::<ObjectClass>() {
             Ok(class) => of_class(class, order.counts.scans, seed)?,
@@ -93,7 +94,7 @@ fn blocks(
         };
         blocks.push(maker.block(Some(label), &meshes, random.random(), 1)?);
     }
-    progress.say("looking at strangers");
+    progress.begin(Part::Strangers, STRANGERS * each);
     let meshes = strangers(STRANGERS * order.counts.scans, random.random());
     blocks.push(maker.block(None, &meshes, random.random(), STRANGERS)?);
     Ok((blocks, maker.clouds))

@@ -86,11 +86,7 @@ impl Stored {
             builder,
         } = Unprepared::open(path)?;
         let in_model = || format!("model {}", path.display());
-        let history = match builder.metadata_of(HISTORY) {
-            None => Vec::new(),
-            Some(text) => serde_json::from_str(text)
-                .with_context(|| format!("the history in {} is damaged", path.display()))?,
-        };
+        let history = history_of(&builder, &path)?;
         let kept = kept_of(&path, &digest)?;
         let names = metadata.labels.iter().map(|label| Some(label.as_str()));
         ensure!(
@@ -228,6 +224,18 @@ impl Stored {
             bytes: self.bytes.clone(),
         };
         Ok(vec![features, test, model])
+    }
+}
+
+/// What was taught to the model of this file, the first step first.
+///
+/// # Errors
+/// It is damaged.
+pub fn history_of(model: &ModelBuilder, path: &Path) -> Result<Vec<Step>> {
+    match model.metadata_of(HISTORY) {
+        None => Ok(Vec::new()),
+        Some(text) => serde_json::from_str(text)
+            .with_context(|| format!("the history in {} is damaged", path.display())),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::history::{Did, HeldOut, Step, origin_of};
 use crate::judge::{Judged, Twin, held_out, told_apart};
 use crate::look::{Watch, features, features_of_samples, to_learn, to_measure};
 use crate::object::{Counts, check_label, extents_m, load, specimens};
-use crate::progress::Progress;
+use crate::progress::{Part, Progress};
 use crate::stored::{Beside, Sizes, Stored};
 
 /// What to teach.
@@ -80,20 +80,6 @@ pub struct Seconds {
     pub model: f64,
 }
 
-/// Teaches an object to a model and writes the new one.
-///
-/// # Errors
-/// What is wrong with the object, the label or the files, with the remedy; nothing has changed then.
-pub fn teach(stored: &Stored, order: &Order, stop: &AtomicBool) -> Result<Taught> {
-    check_new(stored, &order.label)?;
-    let Counts { grasps, scans } = order.counts;
-    let steps = grasps + 2 * scans + scans.div_ceil(2) + order.fit.steps;
-    let progress = Progress::new(steps);
-    let taught = run(stored, order, stop, &progress);
-    progress.clear();
-    taught
-}
-
 /// Whether an object of this name can be taught.
 ///
 /// # Errors
@@ -113,7 +99,17 @@ pub fn check_new(stored: &Stored, label: &str) -> Result<()> {
     )
 }
 
-fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -> Result<Taught> {
+/// Teaches an object to a model and writes the new one.
+///
+/// # Errors
+/// What is wrong with the object, the label or the files, with the remedy; nothing has changed then.
+pub fn teach(
+    stored: &Stored,
+    order: &Order,
+    stop: &AtomicBool,
+    progress: &Progress,
+) -> Result<Taught> {
+    check_new(stored, &order.label)?;
     let finished = || progress.step();
     let watch = Watch {
         finished: &finished,
@@ -126,13 +122,15 @@ fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -
             .elapsed()
             .as_secs_f64()
     };
-    progress.say("making a mesh of the scan");
+    progress.begin(Part::Mesh, 1);
     let object = load(&order.label, &order.scan, order.metres_per_unit)?;
     seconds.mesh = lap();
-    progress.say("denting it");
+    watch.go_on()?;
+    let Counts { grasps, scans } = order.counts;
+    progress.begin(Part::Dent, grasps);
     let specimens = specimens(&object, order.counts, order.seed, &watch)?;
     seconds.dents = lap();
-    progress.say("looking at it");
+    progress.begin(Part::Look, 2 * scans + scans.div_ceil(2));
     let seeds = [1, 2, 3].map(|part: u64| order.seed.wrapping_mul(8).wrapping_add(part));
     let fit_inputs = to_learn(&specimens.fit, &stored.metadata, seeds[0], &watch)?;
     let check_inputs = to_learn(&specimens.check, &stored.metadata, seeds[1], &watch)?;
@@ -143,7 +141,7 @@ fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -
         order.label
     );
     seconds.views = lap();
-    progress.say("adapting the model");
+    progress.begin(Part::Adapt, order.fit.steps);
     let mut extractor = stored.extractor()?;
     let width = stored.kept.width;
     let block = Block {
@@ -157,7 +155,7 @@ fn run(stored: &Stored, order: &Order, stop: &AtomicBool, progress: &Progress) -
         watch.go_on().is_ok()
     })?;
     watch.go_on()?;
-    progress.say("measuring it");
+    progress.begin(Part::Measure, 1);
     let mesh = object.denter.source().stood_up();
     let measured = measure(stored, &adapted, &test, &mesh)?;
     let bytes = std::fs::read(&order.scan)

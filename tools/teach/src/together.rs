@@ -1,6 +1,6 @@
 //! Several files that are written together or not at all.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use adaptation::features_path;
@@ -26,7 +26,12 @@ pub(crate) fn write_together(files: &[Beside], clouds: &[TestCloud]) -> Result<(
     let Some((model, others)) = files.split_last() else {
         return Ok(());
     };
+    // Removed after the drafts in them.
+    let mut folders = Folders::default();
     let mut drafts = Vec::with_capacity(files.len() + 1);
+    for file in files {
+        folders.make_for(&file.path, file.bytes.len())?;
+    }
     for file in others {
         drafts.push((draft(file)?, file.path.clone()));
     }
@@ -45,27 +50,64 @@ pub(crate) fn write_together(files: &[Beside], clouds: &[TestCloud]) -> Result<(
     drafts.push((draft(&self_test)?, self_test.path));
     drafts.push((model_draft, model.path.clone()));
     for (draft, path) in drafts {
-        draft
-            .finish()
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        draft.finish().map_err(unwritten(&path, 0))?;
     }
     Ok(())
 }
 
 fn draft(Beside { path, bytes }: &Beside) -> Result<Draft> {
     let draft = || -> std::io::Result<Draft> {
-        if let Some(folder) = path.parent().filter(|folder| *folder != Path::new("")) {
-            std::fs::create_dir_all(folder)?;
-        }
         let mut draft = Draft::of(path)?;
         draft.file().write_all(bytes)?;
         draft.file().sync_all()?;
         Ok(draft)
     };
-    draft().with_context(|| {
-        format!(
-            "cannot write {}; is there space, and may you write there? Nothing has changed",
-            path.display()
-        )
-    })
+    draft().map_err(unwritten(path, bytes.len()))
+}
+
+/// Why a file of so many bytes cannot be written, with the remedy.
+pub(crate) fn unwritten(path: &Path, bytes: usize) -> impl FnOnce(std::io::Error) -> anyhow::Error {
+    move |error| {
+        let remedy = match error.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+                "free space on its disk, or name a place on another one with --model"
+            }
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+                "name a place with --model where you may write"
+            }
+            _ => "is there space, and may you write there?",
+        };
+        let (path, kilobytes) = (path.display(), bytes.div_ceil(1000));
+        anyhow::Error::new(error).context(format!(
+            "cannot write {path} ({kilobytes} kB); {remedy}; nothing has changed"
+        ))
+    }
+}
+
+/// The folders that are made for files, and removed again if there is nothing in them in the end: an empty folder of references
+/// would be taken for one without any.
+#[derive(Debug, Default)]
+struct Folders(Vec<PathBuf>);
+
+impl Folders {
+    /// Makes the folder of a file where it is missing.
+    fn make_for(&mut self, path: &Path, bytes: usize) -> Result<()> {
+        let Some(folder) = path.parent().filter(|folder| *folder != Path::new("")) else {
+            return Ok(());
+        };
+        let missing = folder.ancestors().take_while(|folder| !folder.exists());
+        self.0.extend(missing.map(Path::to_path_buf));
+        std::fs::create_dir_all(folder).map_err(unwritten(path, bytes))
+    }
+}
+
+impl Drop for Folders {
+    fn drop(&mut self) {
+        self.0
+            .sort_by_key(|folder| std::cmp::Reverse(folder.components().count()));
+        for folder in &self.0 {
+            // Fails where it holds something.
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
 }

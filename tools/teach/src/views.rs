@@ -6,9 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use icp_registration::{InitialGuess, Parameters, Registrar};
+use mesh::file::Scan;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use roi_crop::{Cropper, Frame};
 use serde::Deserialize;
+use sim_reconstruct::check_one_object;
+
+use crate::look::Watch;
 
 /// Fewer views do not show an object from all sides.
 const VIEWS_MIN: usize = 3;
@@ -16,10 +20,8 @@ const VIEWS_MIN: usize = 3;
 const SEEN_MIN_RAD: f64 = 0.9 * TAU;
 /// Directions about the object's axis that are told apart.
 const SECTORS: usize = 36;
-/// Points farther apart than this do not belong together, m.
-const GAP_M: f32 = 0.008;
-/// What has this share of the points is an object, and no leftover.
-const OBJECT_SHARE: f64 = 0.15;
+/// Why there is no object.
+const EMPTY: &str = "the hand is empty in these views; put the object into it and scan again";
 /// What `scan --save` writes beside its views.
 const DESCRIPTION: &str = "scan.yaml";
 
@@ -46,7 +48,11 @@ struct Pose {
 ///
 /// # Errors
 /// A file that holds no cloud, too few views, too little of the object, or more than one object.
-pub fn object_of(files: &[PathBuf], metres_per_unit: f64) -> Result<Vec<Point3<f32>>> {
+pub fn object_of(
+    files: &[PathBuf],
+    metres_per_unit: f64,
+    watch: &Watch,
+) -> Result<Vec<Point3<f32>>> {
     ensure!(
         files.len() >= VIEWS_MIN,
         "{} views are too few to show an object from all sides; at least {VIEWS_MIN} are needed",
@@ -63,6 +69,7 @@ pub fn object_of(files: &[PathBuf], metres_per_unit: f64) -> Result<Vec<Point3<f
     let mut registrar = Registrar::new(parameters)?;
     let mut accepted = 0;
     for (index, file) in files.iter().enumerate() {
+        watch.go_on()?;
         let mut cloud = cloud::read(file)?;
         let scale = metres_per_unit as f32;
         cloud.points.iter_mut().for_each(|point| *point *= scale);
@@ -74,6 +81,7 @@ pub fn object_of(files: &[PathBuf], metres_per_unit: f64) -> Result<Vec<Point3<f
             program::note(format_args!("teach: {file} is left out: {reason}"));
         }
         accepted += usize::from(found.accepted);
+        (watch.finished)();
     }
     ensure!(
         accepted >= VIEWS_MIN,
@@ -85,11 +93,9 @@ pub fn object_of(files: &[PathBuf], metres_per_unit: f64) -> Result<Vec<Point3<f
         None => registrar.cloud(),
         Some(_) => {
             let cropper = Cropper::new(roi_crop::Parameters::default())?;
-            let crop = cropper.crop(&registrar.cloud(), Frame::Hand { opening_m: None })?;
-            ensure!(
-                cropper.is_object(crop.points.len()),
-                "the hand is empty in these views"
-            );
+            let crop = cropper.crop(&registrar.cloud(), Frame::Hand { opening_m: None });
+            let crop = crop.context(EMPTY)?;
+            ensure!(cropper.is_object(crop.points.len()), EMPTY);
             crop.points
         }
     };
@@ -99,12 +105,10 @@ pub fn object_of(files: &[PathBuf], metres_per_unit: f64) -> Result<Vec<Point3<f
 
 /// Refuses what is not one object that was seen from all sides.
 fn check(points: &[Point3<f32>]) -> Result<()> {
-    let objects = objects(points);
-    ensure!(
-        objects <= 1,
-        "there are {objects} objects in view, more than {:.0} mm from each other; show one alone",
-        1e3 * GAP_M
-    );
+    check_one_object(&Scan {
+        points_m: points.to_vec(),
+        ..Scan::default()
+    })?;
     let seen_rad = seen_rad(points);
     ensure!(
         seen_rad >= SEEN_MIN_RAD,
@@ -184,30 +188,4 @@ fn seen_rad(points: &[Point3<f32>]) -> f64 {
     };
     let seen: HashSet<usize> = points.iter().map(sector).collect();
     TAU * seen.len() as f64 / SECTORS as f64
-}
-
-/// How many groups of points there are that are no leftovers.
-fn objects(points: &[Point3<f32>]) -> usize {
-    let cell =
-        |point: &Point3<f32>| [point.x, point.y, point.z].map(|m| (m / GAP_M).floor() as i64);
-    let mut counts: HashMap<[i64; 3], usize> = HashMap::new();
-    for point in points {
-        *counts.entry(cell(point)).or_default() += 1;
-    }
-    let least = OBJECT_SHARE * points.len() as f64;
-    let mut large = 0;
-    while let Some(&first) = counts.keys().next() {
-        let mut count = counts.remove(&first).unwrap_or(0);
-        let mut open = vec![first];
-        while let Some([x, y, z]) = open.pop() {
-            for neighbour in (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]) {
-                if let Some(points) = counts.remove(&neighbour) {
-                    count += points;
-                    open.push(neighbour);
-                }
-            }
-        }
-        large += usize::from(count as f64 >= least);
-    }
-    large
 }

@@ -1,14 +1,18 @@
 //! The program as a user runs it, on files.
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Instant;
 
 use classifier::{Model, Provider, SelfTest};
 use mesh::file::write_ply;
 use mesh::{Mesh, revolve};
+use nalgebra::Isometry3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -150,6 +154,9 @@ fn what_cannot_be_taught_is_said_with_the_remedy_and_changes_nothing() {
     write_ply(&tall, &Mesh::cylinder(0.03, 0.0, 0.3, 48).subdivided()).unwrap();
     let open = folder.path().join("flat.ply");
     cloud::write_ply(&open, &[[0.0; 3].into(), [0.1, 0.0, 0.0].into()]).unwrap();
+    let two = two_cans(&folder);
+    let empty = folder.path().join("empty.ply");
+    cloud::write_ply(&empty, &[]).unwrap();
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/model.onnx");
     let bare = folder.path().join("bare.onnx");
     std::fs::copy(&shipped, &bare).unwrap();
@@ -189,6 +196,12 @@ fn what_cannot_be_taught_is_said_with_the_remedy_and_changes_nothing() {
         &wide,
         &["0 places", "gripper opens to 0.114 m", "--units"],
     );
+    with(
+        "mine",
+        &two,
+        &["2 objects are in view, more than 8 mm from each other; show one alone"],
+    );
+    with("mine", &empty, &["empty.ply"]);
     with("mine", &tall, &["300 mm high", "roi_crop/height_m"]);
     let [bare, damaged] = [&bare, &damaged].map(|path| path.to_str().unwrap());
     let scan = good.to_str().unwrap();
@@ -216,10 +229,69 @@ fn what_cannot_be_taught_is_said_with_the_remedy_and_changes_nothing() {
             "--model",
             blocked.to_str().unwrap(),
         ],
-        &["cannot write", "is there space", "Nothing has changed"],
+        &["cannot write", "is there space", "nothing has changed"],
     );
     refusal(&[], 2);
     refusal(&["--list", "--undo"], 2);
+}
+
+/// A file of two cans side by side.
+fn two_cans(folder: &TempDir) -> PathBuf {
+    let mut mesh = Mesh::cylinder(0.03, 0.0, 0.1, 48);
+    mesh.append(&mesh.transformed(&Isometry3::translation(0.08, 0.0, 0.0)));
+    let path = folder.path().join("two.ply");
+    write_ply(&path, &mesh).unwrap();
+    path
+}
+
+#[test]
+fn a_full_disk_leaves_the_model_in_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = spool(&folder, "thing.ply", 1.0);
+    let out = folder.path().join("taught.onnx");
+    let [scan, model] = [&scan, &out].map(|path| path.to_str().unwrap());
+    let first = ["first", "--scan", scan, "--model", model];
+    output(&[&first[..], &FEW].concat());
+    let before = files(folder.path());
+    let second = [&["second", "--scan", scan, "--model", model], &FEW[..]].concat();
+    let sizes: BTreeSet<usize> = before.values().map(Vec::len).collect();
+    println!("files of {sizes:?} bytes");
+    // No file may become larger than so many kB, and the write fails as on a full disk: at the first file, or only at the new
+    // features, when others are there already.
+    let features = before[&out.with_extension("features")].len();
+    for limit_kb in [16, features / 1024 + 1] {
+        let script = format!("trap '' XFSZ; ulimit -f {limit_kb}; exec \"$0\" \"$@\"");
+        let mut command = Command::new("bash");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_teach")]);
+        let Output { status, stderr, .. } = command.args(&second).output().unwrap();
+        let said = String::from_utf8(stderr).unwrap();
+        assert_eq!(status.code(), Some(1), "{limit_kb} kB: {said}");
+        for words in [
+            "cannot write",
+            "free space on its disk",
+            "nothing has changed",
+        ] {
+            assert!(said.contains(words), "{limit_kb} kB: {said}");
+        }
+        assert!(said.contains(folder.path().to_str().unwrap()), "{said}");
+        assert!(
+            files(folder.path()) == before,
+            "{limit_kb} kB changed a file"
+        );
+    }
+    // For a new model, not even a folder is left: an empty one of references would count as one.
+    let new = folder.path().join("new/taught.onnx");
+    let words = [
+        &["second", "--scan", scan, "--model", new.to_str().unwrap()],
+        &FEW[..],
+    ];
+    let mut command = Command::new("bash");
+    command.args(["-c", "trap '' XFSZ; ulimit -f 900; exec \"$0\" \"$@\""]);
+    command
+        .arg(env!("CARGO_BIN_EXE_teach"))
+        .args(words.concat());
+    assert_eq!(command.status().unwrap().code(), Some(1));
+    assert!(!new.parent().unwrap().exists());
 }
 
 #[test]
@@ -242,7 +314,7 @@ fn an_interrupt_leaves_all_as_it_was() {
             .stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-        assert!(lines.any(|line| line.unwrap() == part));
+        assert!(lines.any(|line| line.unwrap().starts_with(part)));
         let killed = Command::new("kill")
             .args(["-INT", &child.id().to_string()])
             .status();
@@ -254,5 +326,59 @@ fn an_interrupt_leaves_all_as_it_was() {
             "{said:?}"
         );
         assert!(files(folder.path()) == before);
+    }
+}
+
+#[test]
+fn an_interrupt_at_any_moment_leaves_the_old_model_or_the_new_one() {
+    let seed = std::env::var("SEED").ok();
+    let seed = seed.map_or_else(rand::random, |text| text.parse().unwrap());
+    println!("SEED={seed}");
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let folder = tempfile::tempdir().unwrap();
+    let scan = spool(&folder, "thing.ply", 1.0);
+    let out = folder.path().join("taught.onnx");
+    let [scan, model] = [&scan, &out].map(|path| path.to_str().unwrap());
+    let first = ["first", "--scan", scan, "--model", model];
+    let start = Instant::now();
+    output(&[&first[..], &FEW].concat());
+    let whole = start.elapsed();
+    let before = files(folder.path());
+    for signal in ["-INT", "-INT", "-TERM", "-KILL", "-KILL"] {
+        let words = [&["second", "--scan", scan, "--model", model], &FEW[..]];
+        let mut child = teach(&words.concat())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // Also in the last moments, when files are written.
+        let share = if random.random_bool(0.5) {
+            0.0..1.0
+        } else {
+            0.8..1.1
+        };
+        let moment = whole.mul_f64(random.random_range(share));
+        std::thread::sleep(moment);
+        let killed = Command::new("kill")
+            .args([signal, &child.id().to_string()])
+            .status();
+        // It may have ended before.
+        killed.unwrap();
+        let code = child.wait().unwrap().code();
+        let after = files(folder.path());
+        println!("{signal} after {moment:.2?}: exit code {code:?}");
+        let listed = output(&["--list", "--model", model]);
+        match (code, listed["labels"].as_array().unwrap().len()) {
+            (Some(0), 10) => {}
+            // Nobody is there any more to take away what was begun.
+            (None, 9 | 10) if signal == "-KILL" => {}
+            (Some(1) | None, 9) => assert!(after == before, "{signal} after {moment:?}"),
+            other => panic!("{signal} after {moment:?}: {other:?}"),
+        }
+        for path in after.keys().filter(|path| !before.contains_key(*path)) {
+            std::fs::remove_file(path).unwrap();
+        }
+        for (path, bytes) in &before {
+            std::fs::write(path, bytes).unwrap();
+        }
     }
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 use std::f32::consts::TAU;
-use teach::views::object_of;
+use std::sync::atomic::AtomicBool;
+use teach::look::Watch;
+use teach::views;
 
 /// A tapered, bent can of which one side is seen, about `towards` (rad), by a third of a turn.
 fn side(towards: f32, at_x: f32) -> Vec<Point3<f32>> {
@@ -24,6 +26,14 @@ fn side(towards: f32, at_x: f32) -> Vec<Point3<f32>> {
         .collect()
 }
 
+fn object_of(files: &[PathBuf]) -> anyhow::Result<Vec<Point3<f32>>> {
+    let watch = Watch {
+        finished: &|| {},
+        stop: &AtomicBool::new(false),
+    };
+    views::object_of(files, 1.0, &watch)
+}
+
 fn written(folder: &Path, views: &[Vec<Point3<f32>>]) -> Vec<PathBuf> {
     let file = |(number, points): (usize, &Vec<Point3<f32>>)| {
         let path = folder.join(format!("view_{number}.ply"));
@@ -38,7 +48,7 @@ fn views_of_all_sides_make_an_object_and_others_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let views: Vec<Vec<Point3<f32>>> = (0..6).map(|k| side(TAU * k as f32 / 6.0, 0.0)).collect();
     let files = written(folder.path(), &views);
-    let points = object_of(&files, 1.0).unwrap();
+    let points = object_of(&files).unwrap();
     let bounds = cloud::bounds(&points).unwrap().extent();
     assert!(
         (bounds.z - 0.098).abs() < 0.004 && bounds.x > 0.07,
@@ -46,7 +56,7 @@ fn views_of_all_sides_make_an_object_and_others_are_refused() {
     );
 
     let refusal = |files: &[PathBuf], words: &str| {
-        let said = format!("{:#}", object_of(files, 1.0).unwrap_err());
+        let said = format!("{:#}", object_of(files).unwrap_err());
         assert!(said.contains(words), "{said}");
     };
     refusal(&files[..2], "2 views are too few");
@@ -55,7 +65,7 @@ fn views_of_all_sides_make_an_object_and_others_are_refused() {
         .map(|k| TAU * k as f32 / 6.0)
         .map(|towards| [side(towards, 0.0), side(towards, 0.12)].concat())
         .collect();
-    refusal(&written(folder.path(), &two), "2 objects in view");
+    refusal(&written(folder.path(), &two), "2 objects are in view");
     std::fs::write(folder.path().join("scan.yaml"), "views: 3").unwrap();
     refusal(&files, "scan.yaml is not as scan --save writes it");
     let one = "views: [{file: view_0.ply, hand_from_camera: {translation_m: [0, 0, 0], rotation: [0, 0, 0, 1]}}]";

@@ -21,7 +21,7 @@ use clap::Parser;
 use classifier::{KnownBy, shipped_model};
 use mesh::file::write_ply;
 use teach::history::{Did, HeldOut, Step};
-use teach::judge::Judge;
+use teach::judge::{Judge, held_out};
 use teach::look::Watch;
 use teach::object::Counts;
 use teach::stored::{Stored, Unprepared};
@@ -50,6 +50,9 @@ struct Arguments {
     /// Everything random comes from this
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Learn from what the robot would record of each object in one grasp, in place of its whole surface; measure on the whole
+    #[arg(long)]
+    recorded: bool,
     /// Only the shipped method
     #[arg(long)]
     shipped_only: bool,
@@ -153,6 +156,12 @@ fn rows(arguments: &Arguments, stored: &Stored, test: &Test, new: &[New]) -> Res
                 if is_shipped {
                     shipped.push(row);
                 }
+                if taught.len() == new.len() {
+                    eprintln!(
+                        "{name}: {}",
+                        by_object(&method.judge(&adapted), stored, new)
+                    );
+                }
             }
             state = methods::after(state, adapted);
             // It stands in the file.
@@ -164,6 +173,18 @@ fn rows(arguments: &Arguments, stored: &Stored, test: &Test, new: &[New]) -> Res
         println!("{}", trained(file, stored, test, new)?.text(name));
     }
     Ok(shipped)
+}
+
+/// How often each taught object is named rightly.
+fn by_object(judge: &Judge, stored: &Stored, new: &[New]) -> String {
+    let first = stored.head.classes();
+    let words = new.iter().enumerate().map(|(index, object)| {
+        let answers: Vec<_> = object.test.iter().map(|cloud| judge.judge(cloud)).collect();
+        let right = held_out(&answers, first + index).right;
+        let name = object.block.label.as_deref().unwrap_or_default();
+        format!("{name} {:.0} %", 100.0 * right)
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 fn tests(taught: &[New]) -> Vec<&[adaptation::FeatureRows]> {

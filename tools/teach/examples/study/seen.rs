@@ -8,6 +8,7 @@ use mesh::file::{MILLIMETRE, write_ply};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
+use record_object::Recorded;
 use sim_objects::{ObjectClass, Stranger};
 use sim_scan::{ScanParameters, dented};
 use std::time::Instant;
@@ -102,6 +103,14 @@ impl New {
         write_ply(&file, mesh)?;
         let object = load(name, &file, MILLIMETRE).with_context(|| name)?;
         let mut made = specimens(&object, counts, arguments.seed, watch)?;
+        if arguments.recorded {
+            let recorded = one_grasp(&object.denter.source().stood_up(), arguments.seed)?;
+            eprintln!("{name}: {}", recorded.unseen());
+            write_ply(&file, &recorded.mesh)?;
+            let object = load(name, &file, MILLIMETRE).with_context(|| name)?;
+            let seen = specimens(&object, counts, arguments.seed, watch)?;
+            (made.fit, made.check) = (seen.fit, seen.check);
+        }
         let (metadata, width) = (&stored.metadata, stored.kept.width);
         let seeds =
             [11, 12, 13].map(|part: u64| arguments.seed.wrapping_mul(100).wrapping_add(part));
@@ -125,4 +134,17 @@ impl New {
             seconds,
         })
     }
+}
+
+/// What the robot would record of an object in one grasp, in views from all sides.
+fn one_grasp(object: &Mesh, seed: u64) -> Result<Recorded> {
+    let parameters = ScanParameters {
+        view_count: 13,
+        view_step_rad: 0.5,
+        table_share: 0.0,
+        ..ScanParameters::default()
+    };
+    let views = sim_scan::scan(object, &parameters, seed)?;
+    let whole = views.iter().max_by_key(|view| view.view_count);
+    Recorded::of(&whole.context("no view shows it")?.points)
 }

@@ -1,0 +1,116 @@
+//! Whether a scan shows one object.
+
+use cloud::Tree;
+use cloud::voxel::downsample;
+use mesh::file::Scan;
+use nalgebra::Point3;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::ReconstructError;
+
+/// Parts with a wider gap than this between them are not of one object, m. Views of an object leave no such gap: the fingers
+/// hide a strip, not a ring.
+const GAP_M: f32 = 0.008;
+/// Side of the voxels that stand for the surface, m: however dense the points are, each counts alike.
+const VOXEL_M: f32 = 0.003;
+/// A part with this share of the surface is an object, a smaller one a leftover: the fingertips are 5 % of a can.
+const OBJECT_SHARE: f64 = 0.1;
+/// Points that stand for the surface of a mesh.
+const SURFACE_POINTS: usize = 20_000;
+
+/// Refuses a scan that shows several objects, each with a tenth of the surface or more, and more than 8 mm from the others.
+/// Leftovers are no objects.
+///
+/// # Errors
+/// [`ReconstructError::SeveralObjects`].
+pub fn check_one_object(scan: &Scan) -> Result<(), ReconstructError> {
+    let surface = match scan.is_cloud() {
+        true => scan.points_m.clone(),
+        false => {
+            let mut random = Pcg64Mcg::seed_from_u64(0);
+            scan.mesh().surface_points(SURFACE_POINTS, &mut random)
+        }
+    };
+    // Points too far apart for voxels are of no object; what is wrong with them is said later.
+    let Ok(voxels) = downsample(&surface, VOXEL_M) else {
+        return Ok(());
+    };
+    let least = OBJECT_SHARE * voxels.len() as f64;
+    let sizes = part_sizes(&voxels);
+    let count = sizes.iter().filter(|&&size| size as f64 >= least).count();
+    if count > 1 {
+        return Err(ReconstructError::SeveralObjects {
+            count,
+            gap_mm: 1e3 * GAP_M,
+        });
+    }
+    Ok(())
+}
+
+/// Sizes of the parts that points with no wider gap than [`GAP_M`] make.
+fn part_sizes(points: &[Point3<f32>]) -> Vec<usize> {
+    let Some(tree) = Tree::new(points) else {
+        return Vec::new();
+    };
+    let mut is_reached = vec![false; points.len()];
+    let mut sizes = Vec::new();
+    for first in 0..points.len() {
+        if std::mem::replace(&mut is_reached[first], true) {
+            continue;
+        }
+        let (mut size, mut open) = (0, vec![first]);
+        while let Some(at) = open.pop() {
+            size += 1;
+            for near in tree.within(&points[at], GAP_M) {
+                if !std::mem::replace(&mut is_reached[near.index], true) {
+                    open.push(near.index);
+                }
+            }
+        }
+        sizes.push(size);
+    }
+    sizes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh::Mesh;
+    use nalgebra::Isometry3;
+
+    fn count(mesh: Mesh, is_cloud: bool) -> usize {
+        let mut scan = Scan::from(mesh);
+        if is_cloud {
+            let mut random = Pcg64Mcg::seed_from_u64(1);
+            scan.points_m = scan.mesh().surface_points(30_000, &mut random);
+            scan.triangles.clear();
+        }
+        match check_one_object(&scan) {
+            Err(ReconstructError::SeveralObjects { count, .. }) => count,
+            _ => 1,
+        }
+    }
+
+    /// A can, and another solid of this radius so far beside it.
+    fn two(radius_m: f32, gap_m: f32) -> Mesh {
+        let mut mesh = Mesh::cylinder(0.03, 0.0, 0.1, 48);
+        let beside = Mesh::cylinder(radius_m, 0.0, 2.0 * radius_m, 48);
+        let at = Isometry3::translation(0.03 + gap_m + radius_m, 0.0, 0.0);
+        mesh.append(&beside.transformed(&at));
+        mesh
+    }
+
+    #[test]
+    fn two_objects_are_told_from_one_with_leftovers() {
+        for is_cloud in [false, true] {
+            assert_eq!(count(two(0.03, 0.013), is_cloud), 2);
+            assert_eq!(count(two(0.03, 0.004), is_cloud), 1, "a lid that lies on");
+            assert_eq!(count(two(0.01, 0.02), is_cloud), 1, "a leftover");
+            let mut shell = Mesh::cylinder(0.03, 0.0, 0.1, 48);
+            shell.append(&Mesh::cylinder(0.027, 0.003, 0.097, 48));
+            assert_eq!(count(shell, is_cloud), 1, "two walls");
+        }
+        assert_eq!(count(Mesh::default(), true), 1);
+    }
+}
