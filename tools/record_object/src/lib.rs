@@ -4,6 +4,7 @@
 mod agreement;
 mod file;
 mod grasp;
+mod lower_end;
 mod mesh;
 mod prompt;
 mod record;
@@ -11,6 +12,7 @@ mod unseen;
 
 pub use file::Target;
 pub use grasp::Grasp;
+pub use lower_end::with_lower_end;
 pub use mesh::Recorded;
 pub use record::{Grasps, Made, Motion, Order, SEEN_MIN, Screen, record};
 pub use unseen::Unseen;

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use sim_reconstruct::{Report, Settings, mesh_from_scan};
 use std::fmt;
 
+use crate::lower_end::with_lower_end;
 use crate::unseen::Unseen;
 
 /// The recorded object.
@@ -34,6 +35,19 @@ impl Recorded {
             unseen: Unseen::of(&mesh),
             mesh: mesh.stood_up(),
             report,
+        })
+    }
+
+    /// The same of the points of one grasp (hand's frame), with the lower end that the hand hides, straight down.
+    ///
+    /// # Errors
+    /// As [`Recorded::of`].
+    pub fn of_one_grasp(points: &[Point3<f32>]) -> Result<Self> {
+        let seen = Self::of(points)?;
+        let whole = Self::of(&with_lower_end(points))?;
+        Ok(Self {
+            unseen: seen.unseen,
+            ..whole
         })
     }
 

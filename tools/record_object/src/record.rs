@@ -7,7 +7,6 @@ use crate::{agreement, prompt};
 use anyhow::{Context, Result, anyhow};
 use icp_registration::Regrasp;
 use msg::deformable_cobot::ScanObjectGoal;
-use nalgebra::Point3;
 use node::Node;
 use scan::bar::Viewer;
 use scan::client::Client;
@@ -17,6 +16,8 @@ use std::path::PathBuf;
 
 /// One grasp is enough from this share of the surface on. How it was chosen: docs/teaching.md.
 pub const SEEN_MIN: f64 = 0.75;
+
+const NO_MESH: &str = "no mesh can be made of what was seen";
 
 /// How often the object is grasped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +97,7 @@ pub async fn record(node: &Node, order: &Order, screen: &impl Screen) -> Result<
     screen.note(&format!("first grasp: {first}"));
     screen.say("making a mesh of it");
     let of_first = (order.grasps != Grasps::Two)
-        .then(|| mesh_of(&first.points))
+        .then(|| Recorded::of_one_grasp(&first.points).context(NO_MESH))
         .transpose()?;
     let mut made = match of_first {
         Some(mesh) if order.grasps == Grasps::One || mesh.unseen().seen_share() >= SEEN_MIN => {
@@ -150,15 +151,11 @@ impl Made {
         points.extend(cloud::transformed(&found.first_from_second, &second.points));
         Ok(Self {
             file: PathBuf::new(),
-            mesh: mesh_of(&points)?,
+            mesh: Recorded::of(&points).context(NO_MESH)?,
             grasps: vec![first, second],
             regrasp: Some(found),
         })
     }
-}
-
-fn mesh_of(points: &[Point3<f32>]) -> Result<Recorded> {
-    Recorded::of(points).context("no mesh can be made of what was seen")
 }
 
 /// The second grasp, as often as it takes.

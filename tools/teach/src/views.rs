@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use icp_registration::{InitialGuess, Parameters, Registrar};
 use mesh::file::Scan;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use record_object::with_lower_end;
 use roi_crop::{Cropper, Frame};
 use serde::Deserialize;
 use sim_reconstruct::check_one_object;
@@ -44,7 +45,8 @@ struct Pose {
 }
 
 /// Registers views and gives the object's points, m, +z up. Views that `scan --save` wrote start at the hand's poses in the
-/// scan.yaml beside them, and the gripper is cut away; others are taken to lie already in one frame, of the object alone.
+/// scan.yaml beside them; the gripper is cut away, and the lower end that it hides is added. Others are taken
+/// to lie already in one frame, of the object alone.
 ///
 /// # Errors
 /// A file that holds no cloud, too few views, too little of the object, or more than one object.
@@ -90,16 +92,20 @@ pub fn object_of(
         files.len()
     );
     let points = match poses {
-        None => registrar.cloud(),
+        None => {
+            let points = registrar.cloud();
+            check(&points)?;
+            points
+        }
         Some(_) => {
             let cropper = Cropper::new(roi_crop::Parameters::default())?;
             let crop = cropper.crop(&registrar.cloud(), Frame::Hand { opening_m: None });
             let crop = crop.context(EMPTY)?;
             ensure!(cropper.is_object(crop.points.len()), EMPTY);
-            crop.points
+            check(&crop.points)?;
+            with_lower_end(&crop.points)
         }
     };
-    check(&points)?;
     Ok(points)
 }
 

@@ -13,7 +13,7 @@ use sim_objects::{ObjectClass, Stranger};
 use sim_scan::{ScanParameters, dented};
 use std::time::Instant;
 use teach::look::{Watch, features, features_of_samples, to_learn, to_measure};
-use teach::object::{Counts, load, specimens};
+use teach::object::{Counts, extents_m, load, specimens};
 use teach::stored::Stored;
 
 use crate::Arguments;
@@ -105,7 +105,12 @@ impl New {
         let mut made = specimens(&object, counts, arguments.seed, watch)?;
         if arguments.recorded {
             let recorded = one_grasp(&object.denter.source().stood_up(), arguments.seed)?;
-            eprintln!("{name}: {}", recorded.unseen());
+            eprintln!(
+                "{name}: {}; {:?} of {:?} m",
+                recorded.unseen(),
+                extents_m(&recorded.mesh),
+                extents_m(object.denter.source())
+            );
             write_ply(&file, &recorded.mesh)?;
             let object = load(name, &file, MILLIMETRE).with_context(|| name)?;
             let seen = specimens(&object, counts, arguments.seed, watch)?;
@@ -146,5 +151,5 @@ fn one_grasp(object: &Mesh, seed: u64) -> Result<Recorded> {
     };
     let views = sim_scan::scan(object, &parameters, seed)?;
     let whole = views.iter().max_by_key(|view| view.view_count);
-    Recorded::of(&whole.context("no view shows it")?.points)
+    Recorded::of_one_grasp(&whole.context("no view shows it")?.points)
 }
