@@ -29,8 +29,6 @@ pub struct FitSettings {
     pub prior: f64,
     /// The same of the last class, which is new, about nothing.
     pub prior_of_new: f64,
-    /// Weight of the new class against that of each other one.
-    pub weight_of_new: f64,
     /// Weight of the strangers against that of a class.
     pub strangers_weight: f64,
     /// Most steps of the optimisation.
@@ -43,7 +41,6 @@ impl Default for FitSettings {
             change: Change::Last,
             prior: 1e-1,
             prior_of_new: 1e-3,
-            weight_of_new: 1.0,
             strangers_weight: 1.0,
             steps: 200,
         }
@@ -102,10 +99,7 @@ impl Problem {
         let all: Vec<(usize, &FeatureRows, f64)> = classes
             .iter()
             .enumerate()
-            .map(|(label, rows)| match label + 1 == classes.len() {
-                true => (label, rows, settings.weight_of_new),
-                false => (label, rows, 1.0),
-            })
+            .map(|(label, rows)| (label, rows, 1.0))
             .chain([(classes.len(), strangers, settings.strangers_weight)])
             .collect();
         let total: f64 = all

@@ -141,15 +141,16 @@ impl New {
     }
 }
 
-/// What the robot would record of an object in one grasp, in views from all sides.
+/// What the robot would record of an object in one grasp, in views from all sides by a camera whose mount is known.
 fn one_grasp(object: &Mesh, seed: u64) -> Result<Recorded> {
     let parameters = ScanParameters {
         view_count: 13,
         view_step_rad: 0.5,
-        table_share: 0.0,
-        ..ScanParameters::default()
+        ..ScanParameters::nominal()
     };
     let views = sim_scan::scan(object, &parameters, seed)?;
     let whole = views.iter().max_by_key(|view| view.view_count);
-    Recorded::of_one_grasp(&whole.context("no view shows it")?.points)
+    let points = &whole.context("no view shows it")?.points;
+    eprintln!("raw {:?}", extents_m(&Recorded::of(points)?.mesh));
+    Recorded::of_one_grasp(points)
 }
