@@ -30,7 +30,7 @@ What training and test have in common:
 - A held-out instance has a width and height, and with them a form, that no object of training has; its family's measures lie in
   the same ranges, which follow standards where there are some.
 - The outlines of the very objects were traced from eight recorded scans, down to the foot that some have from their scanner; a
-  fifth of the training specimens are such. No recorded cloud is trained on.
+  third of the training specimens are such. No recorded cloud is trained on.
 - Training and test clouds come from one simulator, with the same ranges of noise, mount error and dents, except where a
   table says what is shifted.
 - Dents, poses and noise of the test are drawn anew, with another seed. What is shifted are scans of the very objects.

@@ -176,7 +176,7 @@ pub fn evaluate(
 
 /// Objects of the families that the model was not trained on.
 const HELD_OUT: &str = "held-out instances of the families";
-/// Objects whose outlines were traced from scans; a fifth of the training specimens are such.
+/// Objects whose outlines were traced from scans; a third of the training specimens are such.
 const TRACED: &str = "the very objects, as traced from scans";
 /// Held-out instances of which less is seen than ever in training.
 const FLANK_LOST: &str = "held-out instances, 6 mm of one side not seen";
