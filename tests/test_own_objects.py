@@ -16,8 +16,6 @@ OWN = {
     'jar': {'outline_mm': [(0, 0), (42, 0), (42, 65), (30, 82), (30, 105), (0, 105)]},
     'spool': {'outline_mm': [(0, 0), (42, 0), (42, 20), (25, 45), (25, 75), (42, 100), (42, 120), (0, 120)]},
 }
-# The least that show the objects from all sides.
-VIEWS = 7
 
 
 @pytest.fixture
@@ -50,8 +48,7 @@ def described(printed):
 def test_three_own_objects_are_recorded_learned_and_named(sim, core, launch, executable, shapes, shelf):
     for name, path in shapes.items():
         hold(sim, path)
-        recording = core.run(executable('record_object'), name, '--views', VIEWS, '--save', shelf, '--json',
-                             stdin=subprocess.PIPE)
+        recording = core.run(executable('record_object'), name, '--save', shelf, '--json', stdin=subprocess.PIPE)
         wait_until(lambda: 'press Enter' in recording.printed() or not recording.running(), 60, 'the first grasp')
         assert recording.running(), recording.printed()
         hold(sim, path, upside_down=True, turn=0.9)

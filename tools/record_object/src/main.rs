@@ -27,12 +27,12 @@ struct Arguments {
     /// How often the object is grasped; auto: a second time only where the first shows too little of it
     #[arg(long, value_enum, default_value_t = Times::Two)]
     grasps: Times,
-    /// Views of each grasp
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..))]
-    views: u32,
-    /// Views of each grasp during one sweep through so many radians, without a rest, in place of --views; 6 is the whole range
-    #[arg(long, value_name = "RAD", conflicts_with = "views")]
-    range: Option<f64>,
+    /// Views of each grasp during one sweep of the wrist through so many radians; 6 is the whole range
+    #[arg(long, value_name = "RAD", default_value_t = 6.0)]
+    range: f64,
+    /// So many views of each grasp, at rest for each, in place of a sweep
+    #[arg(long, value_name = "N", conflicts_with = "range", value_parser = clap::value_parser!(u32).range(1..))]
+    views: Option<u32>,
     /// The folder that the mesh goes to
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     save: PathBuf,
@@ -67,9 +67,9 @@ async fn run(node: Node, arguments: Arguments) -> Result<()> {
             Times::Two => Grasps::Two,
             Times::Auto => Grasps::AsNeeded,
         },
-        motion: match arguments.range {
-            Some(range) => Motion::Sweep(range),
-            None => Motion::Views(arguments.views),
+        motion: match arguments.views {
+            Some(views) => Motion::Views(views),
+            None => Motion::Sweep(arguments.range),
         },
     };
     let made = record(&node, &order, &Terminal::default()).await?;
