@@ -58,19 +58,21 @@ impl Part {
     /// How long it takes with the defaults on two idle cores, s. Measured; only their ratios matter once a part is over.
     const fn usual_s(self) -> f64 {
         match self {
-            Self::Record => 25.0,
-            Self::Register => 3.0,
-            Self::Mesh => 3.0,
-            Self::Dent => 3.0,
-            Self::Look => 8.0,
-            Self::Adapt => 4.0,
+            Self::Record | Self::Look => 10.0,
+            Self::Register | Self::Mesh => 3.0,
+            Self::Dent | Self::Adapt => 2.0,
             Self::Measure | Self::Load => 1.0,
             Self::Known => 160.0,
             Self::Strangers => 60.0,
         }
     }
 
-    /// Whether it is this computer's work, so that its pace tells that of the others.
+    /// Whether its pace tells that of the others. A mesh may be there already.
+    fn tells_pace(self) -> bool {
+        matches!(self, Self::Dent | Self::Look | Self::Adapt)
+    }
+
+    /// Whether it is this computer's work.
     fn is_computed(self) -> bool {
         !matches!(self, Self::Record | Self::Load)
     }
@@ -116,7 +118,7 @@ impl State {
 
     /// Ends the part under way after so many seconds, and begins another one.
     fn begin(&mut self, part: Part, steps: usize, took_s: f64) {
-        if let Some(part) = self.part().filter(|part| part.is_computed()) {
+        if let Some(part) = self.part().filter(|part| part.tells_pace()) {
             self.computed[0] += part.usual_s();
             self.computed[1] += took_s;
         }
@@ -185,8 +187,11 @@ impl Progress {
         let took_s = state.began.elapsed().as_secs_f64();
         state.begin(part, steps, took_s);
         if !self.on_terminal {
-            let left_s = state.left_s(0.0);
-            program::note(format_args!("{}, {}", part.words(), left(left_s)));
+            program::note(format_args!(
+                "{}, {}",
+                part.words(),
+                left(state.left_s(0.0))
+            ));
         }
         self.draw(&state);
     }
@@ -213,10 +218,8 @@ impl Progress {
             return;
         };
         let left_s = state.left_s(state.began.elapsed().as_secs_f64());
-        let what = match state.detail.is_empty() {
-            true => part.words(),
-            false => state.detail.as_str(),
-        };
+        let what = Some(&state.detail[..]).filter(|detail| !detail.is_empty());
+        let what = what.unwrap_or(part.words());
         self.bar.set_position((STEPS_PER_S * state.over_s()) as u64);
         self.bar.set_message(format!("{what}, {}", left(left_s)));
     }
@@ -226,7 +229,7 @@ impl Progress {
     }
 }
 
-/// A time that is left, no finer than it is known.
+/// What is left, no finer than it is known.
 fn left(left_s: f64) -> String {
     match left_s {
         ..2.0 => "almost done".to_owned(),
@@ -266,32 +269,4 @@ impl Screen for Progress {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_left_follows_the_pace_of_what_was_computed() {
-        let parts = [Part::Record, Part::Mesh, Part::Dent, Part::Load];
-        let mut state = State::new(&parts);
-        assert_eq!((state.over_s(), state.left_s(0.0)), (0.0, 32.0));
-        state.begin(Part::Record, 4, 0.0);
-        assert_eq!(state.left_s(5.0), 20.0 + 7.0);
-        state.done = 2;
-        assert_eq!((state.over_s(), state.left_s(20.0)), (12.5, 20.0 + 7.0));
-        // The robot's time says nothing of the computer's.
-        state.begin(Part::Mesh, 1, 50.0);
-        assert_eq!(state.left_s(0.0), 7.0);
-        state.begin(Part::Dent, 10, 9.0);
-        assert_eq!((state.over_s(), state.left_s(0.0)), (28.0, 3.0 * 3.0 + 1.0));
-        state.done = 5;
-        assert_eq!(state.left_s(4.0), 4.0 + 1.0);
-        state.begin(Part::Load, 1, 8.0);
-        assert_eq!(state.left_s(7.0), 0.0);
-    }
-
-    #[test]
-    fn a_time_is_said_no_finer_than_it_is_known() {
-        let said = [0.4, 7.3, 43.0].map(left);
-        assert_eq!(said, ["almost done", "about 7 s left", "about 45 s left"]);
-    }
-}
+mod tests;

@@ -151,6 +151,5 @@ fn one_grasp(object: &Mesh, seed: u64) -> Result<Recorded> {
     let views = sim_scan::scan(object, &parameters, seed)?;
     let whole = views.iter().max_by_key(|view| view.view_count);
     let points = &whole.context("no view shows it")?.points;
-    eprintln!("raw {:?}", extents_m(&Recorded::of(points)?.mesh));
     Recorded::of_one_grasp(points)
 }
