@@ -1,5 +1,7 @@
 //! Whether a scan shows one object.
 
+use std::num::NonZeroUsize;
+
 use cloud::Tree;
 use cloud::voxel::downsample;
 use mesh::file::Scan;
@@ -19,8 +21,13 @@ const OBJECT_SHARE: f64 = 0.1;
 /// Points that stand for the surface of a mesh.
 const SURFACE_POINTS: usize = 20_000;
 
-/// Refuses a scan that shows several objects, each with a tenth of the surface or more, and more than 8 mm from the others.
-/// Leftovers are no objects.
+/// Neighbours of a point whose distance says how dense a scan is: those of a square grid, and the point itself.
+const NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(4);
+/// In a scan that is not dense, a gap is wider than this many times the distance of neighbours.
+const SPACINGS: f32 = 2.0;
+
+/// Refuses a scan that shows several objects, each with a tenth of the surface or more, and more than 8 mm from the others, or
+/// more than the points of a sparse scan are from each other. Leftovers are no objects.
 ///
 /// # Errors
 /// [`ReconstructError::SeveralObjects`].
@@ -37,22 +44,35 @@ pub fn check_one_object(scan: &Scan) -> Result<(), ReconstructError> {
         return Ok(());
     };
     let least = OBJECT_SHARE * voxels.len() as f64;
-    let sizes = part_sizes(&voxels);
+    let Some(tree) = Tree::new(&voxels) else {
+        return Ok(());
+    };
+    let gap_m = GAP_M.max(SPACINGS * spacing_m(&voxels, &tree));
+    let sizes = part_sizes(&voxels, &tree, gap_m);
     let count = sizes.iter().filter(|&&size| size as f64 >= least).count();
     if count > 1 {
         return Err(ReconstructError::SeveralObjects {
             count,
-            gap_mm: 1e3 * GAP_M,
+            gap_mm: 1e3 * gap_m,
         });
     }
     Ok(())
 }
 
-/// Sizes of the parts that points with no wider gap than [`GAP_M`] make.
-fn part_sizes(points: &[Point3<f32>]) -> Vec<usize> {
-    let Some(tree) = Tree::new(points) else {
-        return Vec::new();
+/// Distance of the farthest of a point's neighbours, m: the median over all points.
+fn spacing_m(points: &[Point3<f32>], tree: &Tree) -> f32 {
+    let farthest_sq = |point| {
+        let near = tree.nearest_n(point, NEIGHBOURS);
+        near.map(|near| near.distance_sq).fold(0.0, f32::max)
     };
+    let mut squares: Vec<f32> = points.iter().map(farthest_sq).collect();
+    let middle = squares.len() / 2;
+    squares.sort_by(f32::total_cmp);
+    squares.get(middle).map_or(0.0, |square| square.sqrt())
+}
+
+/// Sizes of the parts that points with no wider gap make.
+fn part_sizes(points: &[Point3<f32>], tree: &Tree, gap_m: f32) -> Vec<usize> {
     let mut is_reached = vec![false; points.len()];
     let mut sizes = Vec::new();
     for first in 0..points.len() {
@@ -62,7 +82,7 @@ fn part_sizes(points: &[Point3<f32>]) -> Vec<usize> {
         let (mut size, mut open) = (0, vec![first]);
         while let Some(at) = open.pop() {
             size += 1;
-            for near in tree.within(&points[at], GAP_M) {
+            for near in tree.within(&points[at], gap_m) {
                 if !std::mem::replace(&mut is_reached[near.index], true) {
                     open.push(near.index);
                 }
@@ -112,5 +132,18 @@ mod tests {
             assert_eq!(count(shell, is_cloud), 1, "two walls");
         }
         assert_eq!(count(Mesh::default(), true), 1);
+    }
+
+    #[test]
+    fn a_sparse_scan_is_of_one_object() {
+        for points in [30, 100, 300, 1000] {
+            let mut random = Pcg64Mcg::seed_from_u64(points as u64);
+            let surface = Mesh::cylinder(0.03, 0.0, 0.1, 48);
+            let scan = Scan {
+                points_m: surface.surface_points(points, &mut random),
+                ..Scan::default()
+            };
+            assert_eq!(check_one_object(&scan), Ok(()), "{points} points");
+        }
     }
 }
