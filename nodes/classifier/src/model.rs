@@ -171,8 +171,8 @@ impl Model {
         answer(&output, &self.metadata, timing)
     }
 
-    /// Runs the network and returns the most probable label with its probability. `input` holds one or more samples of one cloud, as
-    /// [`preprocess_parts`] makes them; their answers are averaged.
+    /// Classifies one cloud. `input` holds one or more random samples of the cloud's points, as [`preprocess_parts`] makes them. The
+    /// network runs on each sample, and the class probabilities are averaged. Returns the most probable label and its probability.
     ///
     /// # Errors
     /// The input is of another size than the network's, or the network failed.

@@ -122,12 +122,14 @@ impl Stages for Graph {
         self.0.call(20, life).await?;
         let Wish { views, range_rad } = wish;
         ensure!(views <= 64, "{views} views");
-        if views == 0 || range_rad != 0.0 {
+        let sweeps_by_itself = views == 0 && self.0.below(2) == 0;
+        if sweeps_by_itself || range_rad != 0.0 {
             return Ok(WristPlan::Sweep {
                 range_rad: range_rad.max(1.2),
                 count: 13,
             });
         }
+        let views = if views == 0 { 3 } else { views };
         Ok(WristPlan::Rests((0..views).map(f64::from).collect()))
     }
 

@@ -24,8 +24,9 @@ enum Leg {
     Range,
 }
 
-/// Chooses images by the wrist's angle at their stamps: of each interval of the plan the first image, whichever way the wrist
-/// turns then. An interval without an image has no view, and does not shift the others.
+/// Chooses which images of a sweep become views, by the wrist angle at each image's stamp. The range is divided into equal
+/// intervals; the first image in each interval becomes a view, in either direction of the turn. If no image falls into an
+/// interval, that view is missing, and the places of the other views stay the same.
 #[derive(Debug, Clone)]
 pub struct Spacing {
     plan: SweepPlan,

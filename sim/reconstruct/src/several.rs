@@ -18,12 +18,12 @@ const GAP_M: f32 = 0.008;
 const VOXEL_M: f32 = 0.003;
 /// A part with this share of the surface is an object, a smaller one a leftover: the fingertips are 5 % of a can.
 const OBJECT_SHARE: f64 = 0.1;
-/// Points that stand for the surface of a mesh.
+/// Number of points that are sampled on the surface of a mesh.
 const SURFACE_POINTS: usize = 20_000;
 
-/// Neighbours of a point whose distance says how dense a scan is: those of a square grid, and the point itself.
+/// Nearest neighbours from which the point spacing of a scan is estimated: the point itself and four others, as on a square grid.
 const NEIGHBOURS: NonZeroUsize = NonZeroUsize::MIN.saturating_add(4);
-/// In a scan that is not dense, a gap is wider than this many times the distance of neighbours.
+/// In a sparse scan, a gap is a distance of more than this many times the point spacing.
 const SPACINGS: f32 = 2.0;
 
 /// Refuses a scan that shows several objects, each with a tenth of the surface or more, and more than 8 mm from the others, or

@@ -1,4 +1,4 @@
-//! Shiny metal at a grazing angle: a side of the object of which the camera sees nothing.
+//! Missing depth at one side of the object: shiny metal seen at a grazing angle gives the camera no depth.
 
 use std::collections::HashMap;
 
@@ -8,9 +8,9 @@ use sim_camera::OBJECT_BOTTOM_Z_M;
 use crate::scan::View;
 use crate::setup::Setup;
 
-/// What is higher than this in the hand's frame is object alone, m: above the fingers.
+/// Height in the hand's frame above the fingertips, m: points above it belong to the object, not to the gripper.
 const ABOVE_FINGERS_M: f64 = OBJECT_BOTTOM_Z_M as f64 + 0.032;
-/// The object's points are sorted into rows so high, m, to find its sides.
+/// Height of the horizontal rows into which the object's points are binned to find its left and right edges, m.
 const ROW_M: f32 = 0.002;
 
 /// Removes from each view the object's points within a width (m) of its right edge, or of its left one where `side` is negative:

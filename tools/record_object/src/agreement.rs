@@ -3,7 +3,7 @@
 use icp_registration::{Hidden, Regrasp};
 use serde_json::{Value, json};
 
-/// What the fingers hide, as the crop is made for them.
+/// The region that the gripper's fingers occlude, from the default parameters of `roi_crop`.
 pub fn hidden() -> Hidden {
     let crop = roi_crop::Parameters::default();
     Hidden {

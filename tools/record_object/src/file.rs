@@ -69,7 +69,7 @@ impl Target {
     /// Writes the mesh, whole or not at all; gives the file's path.
     ///
     /// # Errors
-    /// It cannot be written, or another file of that name is there now.
+    /// The file cannot be written, or a file of the same name has appeared since the recording began.
     pub fn write(&self, mesh: &Mesh) -> Result<&Path> {
         self.check()?;
         write_ply(&self.path, mesh)?;

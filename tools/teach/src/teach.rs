@@ -102,7 +102,8 @@ pub fn check_new(stored: &Stored, label: &str) -> Result<()> {
 /// Teaches an object to a model and writes the new one.
 ///
 /// # Errors
-/// What is wrong with the object, the label or the files, with the remedy; nothing has changed then.
+/// The object cannot be used, the label is taken, or a file cannot be read or written; the error names the remedy. The old model
+/// and its files are unchanged after an error.
 pub fn teach(
     stored: &Stored,
     order: &Order,

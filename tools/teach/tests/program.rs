@@ -350,7 +350,7 @@ fn an_interrupt_at_any_moment_leaves_the_old_model_or_the_new_one() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Also in the last moments, when files are written.
+        // Half of the interrupts come near the end, while the files are written.
         let share = if random.random_bool(0.5) {
             0.0..1.0
         } else {

@@ -12,7 +12,7 @@ use view_capture::{Spacing, plan_sweep};
 use super::capture::Capture;
 use super::clouds::Listening;
 
-/// Distance from the beginning of a range at which the wrist need not go there first, rad.
+/// If the wrist is within this distance of the beginning of the range, the sweep begins where the wrist is, rad.
 const NEAR_RAD: f64 = 0.1;
 
 /// What somebody asks for.
@@ -82,8 +82,8 @@ impl Capture {
         Ok(())
     }
 
-    /// Both at once, until the wrist rests and, at the end of the sweep, until its last view is there. Where one fails, the
-    /// other ends.
+    /// Turns the wrist to an angle and takes views at the same time. Returns when the wrist is at rest and, at the end of the
+    /// sweep, the last view has been taken. If either fails, the other is ended.
     async fn turn_and_look(
         &self,
         to_rad: f64,

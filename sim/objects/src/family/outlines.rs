@@ -39,10 +39,10 @@ const TINY_BALL_LONGER: Range = [0.0, 0.045];
 const SMALL_BALL_WIDTH: Range = [63.4, 68.6];
 const SMALL_BALL_LONGER: Range = [0.0, 0.02];
 const MEDIUM_BALL_WIDTH: Range = [95.5, 99.5];
-/// How much of the ball is cut off where it stands.
+/// Height of the spherical cap that is missing at the flat bottom of the ball, mm.
 const MEDIUM_BALL_FLAT: Range = [1.0, 9.0];
 
-/// Ranges of width and height.
+/// Ranges of width and height, mm.
 pub(super) fn size_range_mm(class: ObjectClass) -> [Range; 2] {
     let longer = |[least, most]: Range, [less, more]: Range| {
         [[least, most], [least * (1.0 + less), most * (1.0 + more)]]

@@ -75,7 +75,7 @@ fn instances_are_closed_bodies_of_the_size_that_their_family_allows() {
     }
 }
 
-/// Whether two parts of an outline that are no neighbours cross.
+/// Whether the outline intersects itself: two of its segments that are not adjacent cross.
 fn crosses_itself(outline_m: &[[f32; 2]]) -> bool {
     let side = |a: [f32; 2], b: [f32; 2], c: [f32; 2]| {
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

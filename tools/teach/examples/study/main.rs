@@ -50,7 +50,8 @@ struct Arguments {
     /// Everything random comes from this
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Learn from what the robot would record of each object in one grasp, in place of its whole surface; measure on the whole
+    /// Train on a simulated recording of one grasp, in which the hand hides part of the object, instead of on the complete mesh; the
+    /// evaluation always uses the complete mesh
     #[arg(long)]
     recorded: bool,
     /// Only the shipped method
