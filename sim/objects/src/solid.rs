@@ -8,11 +8,12 @@ use crate::family::beyond;
 
 const SEGMENTS: usize = 48;
 
-/// A random solid in the object frame, 3 to 20 cm high: a random outline turned about z, with a random cross-section. Solids
-/// with nearly the same extents as instances of one of the eight objects are drawn again.
+/// A random solid in the object frame, 3 to 20 cm high: a random outline turned about z, with a random cross-section. One in four
+/// is bent, and a smaller one, such as a handle, is joined to the side of one in four. Solids with nearly the same extents as
+/// instances of one of the eight objects are drawn again.
 pub fn random_solid(random: &mut impl Rng) -> Mesh {
     loop {
-        let mesh = solid(random);
+        let mesh = composed(random);
         if !ObjectClass::ALL
             .into_iter()
             .any(|class| is_as_large(&mesh, class))
@@ -31,6 +32,44 @@ fn is_as_large(mesh: &Mesh, class: ObjectClass) -> bool {
         .into_iter()
         .enumerate()
         .all(|(axis, range_m)| beyond(extent_m[axis], range_m) < ALIKE)
+}
+
+fn composed(random: &mut impl Rng) -> Mesh {
+    let mut mesh = solid(random);
+    if random.random_bool(0.25) {
+        bend(&mut mesh, random);
+    }
+    if random.random_bool(0.25) {
+        join_beside(&mut mesh, random);
+    }
+    mesh.stood_up()
+}
+
+/// Bends the axis to a parabola towards +x, by up to a third of the height.
+fn bend(mesh: &mut Mesh, random: &mut impl Rng) {
+    let height_m = mesh.bounds().1.z;
+    let bow_m = height_m * random.random_range(0.05..0.33);
+    for vertex in &mut mesh.vertices {
+        let from_middle = 2.0 * vertex.z / height_m - 1.0;
+        vertex.x -= bow_m * from_middle * from_middle;
+    }
+}
+
+/// Adds a solid of a fifth to a half of the size to the side, somewhere along the height.
+fn join_beside(mesh: &mut Mesh, random: &mut impl Rng) {
+    let (min, max) = mesh.bounds();
+    let mut part = solid(random);
+    let scale = random.random_range(0.2..0.5);
+    let height_m = scale * part.bounds().1.z;
+    let z_m = random.random_range(0.0..=(max.z - height_m).max(0.0));
+    let x_m = max.x * random.random_range(0.8..1.1);
+    for vertex in &mut part.vertices {
+        *vertex = vertex.coords.scale(scale).into();
+        vertex.x += x_m;
+        vertex.y += 0.5 * (min.y + max.y);
+        vertex.z += z_m;
+    }
+    mesh.append(&part);
 }
 
 fn solid(random: &mut impl Rng) -> Mesh {

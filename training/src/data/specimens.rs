@@ -12,14 +12,14 @@ use sim_scan::{ScanParameters, dented, dented_instance};
 use super::mesh_dataset::MeshFile;
 
 /// Share of the training specimens of a family that are its traced object: the one that the paper's laboratory has.
-const TRACED_SHARE: f64 = 1.0 / 3.0;
+const TRACED_SHARE: f64 = 0.5;
 
 /// Where the specimens of one label come from.
 #[derive(Debug, Clone)]
 pub enum Specimens {
     /// One of the very objects that were traced from scans; each specimen has a new random dent.
     Traced(ObjectClass),
-    /// Instances of a class's family, each with a new random dent; a third of those to learn from are the traced object.
+    /// Instances of a class's family, each with a new random dent; half of those to learn from are the traced object.
     Family(ObjectClass, Instances),
     /// Dented meshes of a dataset, +z up; each specimen is a random one of them.
     Meshes(Vec<MeshFile>),
