@@ -44,10 +44,6 @@ def test_parameter_that_moved_is_named_with_its_new_node(core):
         core.output('rosparam', 'delete', '/view_capture')
 
 
-def test_missing_address_is_named(core):
-    assert 'ROS_IP' in ends_with_message(core, 'camera_mount', ROS_IP='')
-
-
 def test_missing_master_is_named(core):
     printed = ends_with_message(core, 'camera_mount', ROS_MASTER_URI='http://127.0.0.1:9')
     assert 'http://127.0.0.1:9' in printed and 'roscore' in printed

@@ -4,6 +4,7 @@ import struct
 
 import pytest
 import rosbag
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState, PointCloud2
@@ -107,7 +108,7 @@ def test_rosnode_tells_of_connections(start, core):
 
 
 @pytest.mark.parametrize('unset, given, expected', [
-    (['ROS_IP', 'ROS_HOSTNAME'], {}, 'neither ROS_IP nor ROS_HOSTNAME is set'),
+    (['ROS_IP', 'ROS_HOSTNAME'], {'ROS_MASTER_URI': 'http://no-such-host.invalid:11311'}, 'neither ROS_IP nor ROS_HOSTNAME'),
     ([], {'ROS_IP': 'my-computer'}, "ROS_IP is 'my-computer'"),
     ([], {'ROS_HOSTNAME': 'no-such-host.invalid'}, 'cannot resolve'),
     ([], {'ROS_MASTER_URI': 'localhost'}, "ROS_MASTER_URI is 'localhost'"),
@@ -118,6 +119,14 @@ def test_a_bad_environment_is_named(core, executable, unset, given, expected):
     program = core.run(executable('camera_mount'), **given)
     assert program.wait(20) == 1
     assert expected in program.printed()
+
+
+def test_an_address_that_is_not_set_is_the_one_towards_the_master(start, core):
+    core.environment.pop('ROS_IP', None)
+    core.environment.pop('ROS_HOSTNAME', None)
+    start('camera_mount')
+    Listener('/tf_static').next()
+    assert rosgraph.Master('/tests').lookupNode('/camera_mount').startswith('http://127.0.0.1:')
 
 
 def test_parameters_are_checked_and_shown(start, core, executable):

@@ -3,8 +3,6 @@
 //! A line with name and version, a line of JSON, and then for each block two lists of F float32 (the least and the largest
 //! value of each feature) and its rows of F bytes, each from 0 (least) to 255 (largest). Little-endian.
 
-use std::path::{Path, PathBuf};
-
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -16,11 +14,6 @@ pub const KEPT_MAX: [usize; 2] = [480, 160];
 pub const STRANGERS: usize = 3;
 /// No sensible file is larger.
 const COUNT_MAX: usize = 10_000_000;
-
-/// Where the features of a model are: beside its file, with the ending `.features`.
-pub fn features_path(model: &Path) -> PathBuf {
-    model.with_extension("features")
-}
 
 /// Features of M clouds, F of each.
 #[derive(Debug, Clone, PartialEq, Default)]

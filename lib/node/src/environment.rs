@@ -2,7 +2,7 @@
 
 use crate::names::{self, special_argument};
 use crate::xmlrpc;
-use std::net::ToSocketAddrs;
+use std::net::{Ipv4Addr, ToSocketAddrs, UdpSocket};
 use std::time::{Duration, Instant};
 use thiserror::Error;
 
@@ -15,13 +15,12 @@ const MASTER_POLL: Duration = Duration::from_millis(200);
 /// What is wrong with the environment, and the remedy.
 #[derive(Debug, Error, PartialEq)]
 pub enum EnvironmentError {
-    /// Neither ROS_IP nor ROS_HOSTNAME is set.
+    /// Neither ROS_IP nor ROS_HOSTNAME is set, and no route leads to the master.
     #[error(
-        "neither ROS_IP nor ROS_HOSTNAME is set, so that other computers would be told a name that \
-         they may not resolve; run `export ROS_IP=<address of this computer>` (127.0.0.1 if all \
-         nodes run here)"
+        "neither ROS_IP nor ROS_HOSTNAME is set, and this computer has no route to the ROS master at {0}, which would tell its \
+         address; see to ROS_MASTER_URI and the network, or run `export ROS_IP=<address of this computer>`"
     )]
-    NoAddress,
+    NoAddress(String),
     /// ROS_IP is no address.
     #[error(
         "ROS_IP is '{0}', which is no IPv4 address; run `export ROS_IP=<address of this computer>`"
@@ -51,6 +50,7 @@ pub async fn check() -> Result<String, EnvironmentError> {
         None => address(
             variable("ROS_IP").as_deref(),
             variable("ROS_HOSTNAME").as_deref(),
+            &master_uri(),
         )?,
     };
     wait_for_master(&master_uri(), Instant::now() + MASTER_WAIT).await?;
@@ -68,18 +68,31 @@ fn variable(name: &str) -> Option<String> {
     std::env::var(name).ok().filter(|value| !value.is_empty())
 }
 
-fn address(ip: Option<&str>, hostname: Option<&str>) -> Result<String, EnvironmentError> {
+/// What is set, or the address by which this computer reaches the master. The computer's name, which ROS's own libraries take, is
+/// often one that other computers cannot resolve.
+fn address(
+    ip: Option<&str>,
+    hostname: Option<&str>,
+    master: &str,
+) -> Result<String, EnvironmentError> {
     match (hostname, ip) {
         (Some(name), _) => match (name, 0).to_socket_addrs().map(|mut found| found.next()) {
             Ok(Some(_)) => Ok(name.into()),
             _ => Err(EnvironmentError::UnknownHost(name.into())),
         },
         (None, Some(ip)) => ip
-            .parse::<std::net::Ipv4Addr>()
+            .parse::<Ipv4Addr>()
             .map(|_| ip.into())
             .map_err(|_| EnvironmentError::BadAddress(ip.into())),
-        (None, None) => Err(EnvironmentError::NoAddress),
+        (None, None) => towards(master).ok_or_else(|| EnvironmentError::NoAddress(master.into())),
     }
+}
+
+/// This computer's IPv4 address on its route to the master; nothing is sent.
+fn towards(master: &str) -> Option<String> {
+    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
+    socket.connect(xmlrpc::authority(master)?).ok()?;
+    Some(socket.local_addr().ok()?.ip().to_string())
 }
 
 async fn wait_for_master(uri: &str, deadline: Instant) -> Result<(), EnvironmentError> {
@@ -101,19 +114,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_address_is_required() {
-        assert_eq!(address(None, None), Err(EnvironmentError::NoAddress));
-        assert_eq!(address(Some("127.0.0.1"), None), Ok("127.0.0.1".into()));
+    fn a_bad_address_is_named() {
+        let of = |ip, hostname| address(ip, hostname, "http://localhost:11311");
+        assert_eq!(of(Some("127.0.0.1"), None), Ok("127.0.0.1".into()));
         assert_eq!(
-            address(Some("main"), None),
+            of(Some("main"), None),
             Err(EnvironmentError::BadAddress("main".into()))
         );
-        assert_eq!(address(None, Some("localhost")), Ok("localhost".into()));
+        assert_eq!(of(None, Some("localhost")), Ok("localhost".into()));
         let unknown = "no-such-host.invalid";
         assert_eq!(
-            address(Some("127.0.0.1"), Some(unknown)),
+            of(Some("127.0.0.1"), Some(unknown)),
             Err(EnvironmentError::UnknownHost(unknown.into()))
         );
+    }
+
+    #[test]
+    fn without_a_setting_the_address_is_the_one_towards_the_master() {
+        let of = |master: &str| address(None, None, master);
+        assert_eq!(of("http://localhost:11311"), Ok("127.0.0.1".into()));
+        assert_eq!(of("http://127.0.0.2:11311/"), Ok("127.0.0.1".into()));
+        let lost = "http://no-such-host.invalid:11311";
+        assert_eq!(of(lost), Err(EnvironmentError::NoAddress(lost.into())));
     }
 
     #[tokio::test]

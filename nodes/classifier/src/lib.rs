@@ -19,6 +19,7 @@ mod shipped;
 
 pub use error::{ClassifyError, LoadError, MetadataError, PreprocessError, SelfTestError};
 pub use extractor::Extractor;
+pub use familiar::Features;
 pub use metadata::{Centring, KnownBy, ModelMetadata};
 pub use model::{Answer, CERTAIN_PROBABILITY, MAX_MODEL_BYTES, Model, Timing, is_known};
 pub use preprocess::{preprocess, preprocess_parts};

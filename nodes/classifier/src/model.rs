@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use adaptation::{Familiar, features_path};
+use adaptation::Familiar;
 use nalgebra::{Point3, Vector3};
 use ort::session::Session;
 
 use crate::error::{ClassifyError, LoadError};
-use crate::familiar;
+use crate::familiar::{self, Features};
 use crate::interface::checked_metadata;
 use crate::metadata::{KnownBy, ModelMetadata};
 use crate::preprocess::{SAMPLES, preprocess_parts};
@@ -74,17 +74,16 @@ impl Model {
     /// The file or ONNX Runtime is missing; the file lacks the metadata of [`ModelMetadata`]; or its input and output are not named
     /// and shaped as [`crate::INPUT_NAME`] and [`crate::OUTPUT_NAME`] describe.
     pub fn load(path: &Path, provider: Provider, device: &str) -> Result<Self, LoadError> {
-        Self::load_with(path, Some(&features_path(path)), provider, device)
+        Self::load_with(path, Features::Beside, provider, device)
     }
 
-    /// The same with the features of another file than the one beside the model; without features, the network's own score
-    /// tells what is known, for which the threshold may not be meant.
+    /// The same with the features of another file than the one beside the model, or without.
     ///
     /// # Errors
     /// As [`Model::load`].
     pub fn load_with(
         path: &Path,
-        features: Option<&Path>,
+        features: Features,
         provider: Provider,
         device: &str,
     ) -> Result<Self, LoadError> {
@@ -99,8 +98,9 @@ impl Model {
         let mut session = session::cpu(environment, &bytes).map_err(corrupt)?;
         let metadata = checked_metadata(&session, path)?;
         let mut familiar = None;
-        if let (KnownBy::Features, Some(features)) = (metadata.known_by, features) {
-            let (known, with_features) = familiar::read(path, &bytes, features)?;
+        if metadata.known_by == KnownBy::Features
+            && let Some((known, with_features)) = familiar::read(path, &bytes, features)?
+        {
             bytes = with_features;
             session = session::cpu(environment, &bytes).map_err(corrupt)?;
             familiar = Some(known);

@@ -5,8 +5,9 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use classifier::{
-    CERTAIN_PROBABILITY, Centring, ClassifyError, KnownBy, LoadError, Model, ModelMetadata, Output,
-    Provider, SelfTest, TestCloud, preprocess, preprocess_parts, self_test_path,
+    CERTAIN_PROBABILITY, Centring, ClassifyError, Features, KnownBy, LoadError, Model,
+    ModelMetadata, Output, Provider, SelfTest, TestCloud, preprocess, preprocess_parts,
+    self_test_path,
 };
 use nalgebra::{Point3, Vector3};
 use onnx_file::{Attribute, Dimension, ModelBuilder};
@@ -221,7 +222,7 @@ fn a_model_that_needs_its_features_is_refused_without_them() {
     std::fs::write(path.with_extension("features"), "nothing").unwrap();
     assert!(refusal().contains("no file of features"));
     // Who makes the features needs the network first.
-    Model::load_with(&path, None, Provider::Cpu, "CPU").unwrap();
+    Model::load_with(&path, Features::Unused, Provider::Cpu, "CPU").unwrap();
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use adaptation::features_path;
+use adaptation::{copy_path, features_path};
 use anyhow::{Context, Result, bail, ensure};
 use classifier::SelfTest;
 use sim_dataset::folder::REFERENCES;
@@ -10,7 +10,7 @@ use sim_dataset::folder::REFERENCES;
 use crate::adapt::calibrated;
 use crate::history::{Did, Step};
 use crate::object::check_label;
-use crate::stored::{Beside, Stored, Unprepared, copy_path};
+use crate::stored::{Beside, Stored, Unprepared};
 use crate::teach::references_for;
 use crate::together::write_together;
 
@@ -102,7 +102,9 @@ pub fn undo(stored: &Stored) -> Result<Step> {
             )
         })
     };
-    let files = [
+    // The model that is taken back stays beside the others: were this interrupted, it would be in force still.
+    let mut files = stored.copies(path)?;
+    files.extend([
         Beside {
             path: features_path(path),
             bytes: read(&features)?,
@@ -111,7 +113,7 @@ pub fn undo(stored: &Stored) -> Result<Step> {
             path: path.clone(),
             bytes: read(&copy)?,
         },
-    ];
+    ]);
     // A model of before may be older than its self-test.
     let id = Unprepared::open(&copy)?.metadata.run_id;
     let self_test = SelfTest::beside(&copy, &id)?.unwrap_or_default();

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use adaptation::{Block, KEPT_MAX, Kept, STRANGERS, features_path};
 use anyhow::{Result, ensure};
-use classifier::{Extractor, Model, Provider, SelfTest, TestCloud, self_test_path};
+use classifier::{Extractor, Features, Model, Provider, SelfTest, TestCloud, self_test_path};
 use mesh::Mesh;
 use mesh::file::MILLIMETRE;
 use rand::{RngExt, SeedableRng};
@@ -51,7 +51,7 @@ pub fn prepare(model: &Path, order: Order, stop: &AtomicBool) -> Result<(PathBuf
         blocks,
     };
     // Whose features are only about to be written.
-    let mut network = Model::load_with(model, None, Provider::Cpu, "CPU")?;
+    let mut network = Model::load_with(model, Features::Unused, Provider::Cpu, "CPU")?;
     let test = SelfTest::of(&mut network, &clouds)?;
     let path = features_path(model);
     let bytes = kept.encode()?;

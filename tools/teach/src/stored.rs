@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use adaptation::{
-    Block, Familiar, Head, Kept, features_path, inverse_temperature_of, set_inverse_temperature,
+    Block, Familiar, Head, Kept, copy_path, features_of, features_path, inverse_temperature_of,
+    set_inverse_temperature,
 };
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use classifier::{Extractor, KnownBy, ModelMetadata, SelfTest, TestCloud, self_test_path};
 use onnx_file::ModelBuilder;
 use sim_dataset::digest::hex_digest;
@@ -205,7 +206,7 @@ impl Stored {
     }
 
     /// Copies of this model and its features, to go back to.
-    fn copies(&self, out: &Path) -> Result<Vec<Beside>> {
+    pub(crate) fn copies(&self, out: &Path) -> Result<Vec<Beside>> {
         let model = copy_path(out, &self.digest);
         let features = Beside {
             path: features_path(&model),
@@ -251,43 +252,14 @@ pub fn references_of(model: &Path) -> Result<PathBuf> {
     Ok(deformation::shipped_references()?)
 }
 
-/// Where a model of before is kept, by the digest of its file: MODEL.before/DIGEST.onnx.
-pub fn copy_path(model: &Path, digest: &str) -> PathBuf {
-    model
-        .with_extension("before")
-        .join(format!("{digest}.onnx"))
-}
-
-/// The features beside a model, or those that were kept when they were replaced and the model was not.
 fn kept_of(model: &Path, digest: &str) -> Result<Kept> {
-    let path = features_path(model);
-    let kept = read_kept(&path, model)?;
-    if kept.model == digest {
-        return Ok(kept);
-    }
-    let copy = features_path(&copy_path(model, digest));
-    if copy.is_file() {
-        return read_kept(&copy, model);
-    }
-    bail!(
-        "{} belongs to another model than {}; {}",
-        path.display(),
-        model.display(),
-        remedy(model)
-    )
-}
-
-fn read_kept(path: &Path, model: &Path) -> Result<Kept> {
-    if !path.is_file() {
-        bail!(
-            "{} has no features of what it knows beside it ({}); {}",
+    features_of(model, digest).with_context(|| {
+        format!(
+            "{} has no usable features of what it knows beside it; {}",
             model.display(),
-            path.display(),
             remedy(model)
-        );
-    }
-    let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    Kept::decode(&bytes).with_context(|| format!("{}: {}", path.display(), remedy(model)))
+        )
+    })
 }
 
 fn remedy(model: &Path) -> String {

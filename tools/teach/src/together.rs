@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use adaptation::features_path;
 use anyhow::{Context, Result};
-use classifier::{Model, Provider, SelfTest, TestCloud, self_test_path};
+use classifier::{Features, Model, Provider, SelfTest, TestCloud, self_test_path};
 use whole_file::Draft;
 
 /// A file to be written with a model.
@@ -38,7 +38,7 @@ pub(crate) fn write_together(files: &[Beside], clouds: &[TestCloud]) -> Result<(
     let model_draft = draft(model)?;
     let features = features_path(&model.path);
     let features = drafts.iter().find(|(_, path)| *path == features);
-    let features = features.map(|(draft, _)| draft.path());
+    let features = features.map_or(Features::Unused, |(draft, _)| Features::File(draft.path()));
     let self_test = Model::load_with(model_draft.path(), features, Provider::Cpu, "CPU")
         .map_err(anyhow::Error::from)
         .and_then(|mut new| Ok(SelfTest::of(&mut new, clouds)?.encode()?))

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use adaptation::{FEATURES, Head, inverse_temperature_of, with_features};
 use anyhow::{Context, Result};
-use classifier::{Extractor, Model, ModelMetadata, Provider};
+use classifier::{Extractor, Features, Model, ModelMetadata, Provider};
 use onnx_file::ModelBuilder;
 use sim_dataset::digest::hex_digest;
 
@@ -29,7 +29,7 @@ impl Unprepared {
     /// # Errors
     /// The model cannot be used, or is not the robot's network.
     pub fn open(path: &Path) -> Result<Self> {
-        let network = Model::load_with(path, None, Provider::Cpu, "CPU")?;
+        let network = Model::load_with(path, Features::Unused, Provider::Cpu, "CPU")?;
         let metadata = network.metadata().clone();
         let bytes =
             std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;

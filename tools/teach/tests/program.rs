@@ -235,6 +235,29 @@ fn what_cannot_be_taught_is_said_with_the_remedy_and_changes_nothing() {
     refusal(&["--list", "--undo"], 2);
 }
 
+/// Where the features are replaced and the model is not yet, the model of before stays in force.
+#[test]
+fn a_change_that_is_killed_between_two_files_leaves_a_model_in_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = spool(&folder, "thing.ply", 1.0);
+    let out = folder.path().join("taught.onnx");
+    let model = out.to_str().unwrap();
+    let scan = scan.to_str().unwrap();
+    output(&[&["my-spool", "--scan", scan, "--model", model], &FEW[..]].concat());
+    for change in [&["--forget", "tiny-ball"][..], &["--undo"]] {
+        let before = std::fs::read(&out).unwrap();
+        let known = labels(&out);
+        output(&[change, &["--model", model]].concat());
+        let after = std::fs::read(&out).unwrap();
+        assert_ne!(labels(&out), known);
+        std::fs::write(&out, before).unwrap();
+        assert_eq!(labels(&out), known, "{change:?}");
+        let listed = output(&["--list", "--model", model]);
+        assert_eq!(listed["labels"].as_array().unwrap().len(), known.len());
+        std::fs::write(&out, after).unwrap();
+    }
+}
+
 /// A file of two cans side by side.
 fn two_cans(folder: &TempDir) -> PathBuf {
     let mut mesh = Mesh::cylinder(0.03, 0.0, 0.1, 48);
