@@ -1,5 +1,5 @@
 # make demo [DISPLAY_RVIZ=1]   the whole graph on the simulated robot: eight objects, scanned and named
-# make test [JOBS=2]           all tests but those of the next four; JOBS: so many whole-system tests at once (also test-hosts)
+# make test [JOBS=2]           test-rust (cargo's) and test-graph (the whole system's); JOBS: so many of the latter at once (also test-hosts)
 # make test-real               the tests on real scans and captures; DEFORMABLE_COBOT_REAL names their folder
 # make test-cluster            datasets made by a Slurm array job, on a Slurm of this one machine
 # make test-hosts              a robot and three computers on this one: started by ssh, and everything that goes wrong
@@ -20,7 +20,8 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -ec
 .ONESHELL:
-.PHONY: demo test test-real test-cluster test-hosts test-distros fault-table figures build screenshot interface bench soak lint audit setup
+.PHONY: demo test test-rust test-graph test-real test-cluster test-hosts test-distros fault-table figures build screenshot interface bench soak lint audit setup
+.NOTPARALLEL:
 .DEFAULT_GOAL := build
 
 # rustup's cargo, even where the shell does not know it yet. A caller's other target folder would hide the programs.
@@ -49,9 +50,13 @@ demo: setup
 
 JOBS ?= 1
 PYTEST := $(PYTHON) -m pytest $(if $(filter-out 1,$(JOBS)),--numprocesses=$(JOBS))
-test: build
-	setup/install $(CHROMIUM)
+test: test-rust test-graph
+
+test-rust: build
 	cargo test --release --workspace
+
+test-graph: build
+	setup/install $(CHROMIUM)
 	source setup/environment
 	$(PYTEST) --junitxml=target/results/tests.xml tests
 
