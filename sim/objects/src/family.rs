@@ -1,5 +1,6 @@
 //! What the world has of each object: instances that differ in form and size as standards and makers let them.
 
+mod cups;
 mod outlines;
 
 use mesh::{Mesh, revolve};
