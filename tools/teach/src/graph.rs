@@ -64,13 +64,13 @@ fn in_graph<T>(work: impl AsyncFnOnce(Node) -> Result<T>) -> Result<T> {
 /// # Errors
 /// As [`load_here`].
 pub fn load(model: &Path) -> Result<String> {
-    let program = std::env::current_exe().context("cannot tell where this program is")?;
-    let mut command = Command::new(&program);
+    // This very program, also where a new build has replaced its file meanwhile.
+    let mut command = Command::new("/proc/self/exe");
     command.args(["--load", "--model"]).arg(model);
     // ROS's own words: names that are mapped, private parameters.
     command.args(std::env::args().filter(|word| word.contains(":=")));
     let ended = command.process_group(0).stdin(Stdio::null()).output();
-    let ended = ended.with_context(|| format!("cannot start {}", program.display()))?;
+    let ended = ended.context("cannot start this program again")?;
     let said = String::from_utf8_lossy(&ended.stderr);
     let said = said.trim();
     ensure!(
