@@ -48,17 +48,6 @@ impl Mesh {
         }
     }
 
-    /// Closed cylinder about z between two heights, in metres.
-    pub fn cylinder(radius_m: f32, z_min_m: f32, z_max_m: f32, segments: usize) -> Self {
-        let profile = [
-            [0.0, z_min_m],
-            [radius_m, z_min_m],
-            [radius_m, z_max_m],
-            [0.0, z_max_m],
-        ];
-        crate::revolve(&profile, segments)
-    }
-
     /// The mesh's adjacency.
     ///
     /// # Panics

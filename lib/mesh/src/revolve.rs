@@ -32,6 +32,19 @@ pub fn revolve(outline_m: &[[f32; 2]], segments: usize) -> Mesh {
     mesh
 }
 
+impl Mesh {
+    /// Closed cylinder about z between two heights, in metres.
+    pub fn cylinder(radius_m: f32, z_min_m: f32, z_max_m: f32, segments: usize) -> Self {
+        let outline_m = [
+            [0.0, z_min_m],
+            [radius_m, z_min_m],
+            [radius_m, z_max_m],
+            [0.0, z_max_m],
+        ];
+        revolve(&outline_m, segments)
+    }
+}
+
 /// The vertices of one outline point: a full turn of them, or one on the axis.
 struct Ring {
     first: u32,

@@ -2,9 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::fit::{Placement, cameras};
+use crate::fit::cameras;
 use crate::observation::{Cameras, Observation, sigma_m};
 use crate::parameters::Parameters;
+use crate::placement::Placement;
 use crate::reference::Reference;
 
 /// Farther from the surface than this is not the object's.

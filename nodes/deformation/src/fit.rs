@@ -5,45 +5,18 @@
 //! perception", RA-L 2020), by Gauss-Newton. Beside the pose two scales are free within what specimens of one make
 //! differ by.
 
-use nalgebra::{Isometry3, Point3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 
 use crate::layer::Sample;
 use crate::observation::{Cameras, Observation};
+use crate::placement::Placement;
 use crate::reference::Reference;
+use crate::starts::starts;
 
 /// Rotation about the axes through the object's middle, translation, and relative width and height.
 const UNKNOWNS: usize = 8;
 type Information = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 pub(crate) type Motion = SVector<f64, UNKNOWNS>;
-
-/// Pose and scale of the reference in the cloud's frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Placement {
-    /// Maps the cloud's frame into the object's.
-    pub object_from_cloud: Isometry3<f64>,
-    /// How much wider the specimen is than the reference, as a factor.
-    pub width_scale: f64,
-    /// How much higher.
-    pub height_scale: f64,
-}
-
-impl Placement {
-    /// A point of the cloud on the reference: in the object's frame, and scaled to its size.
-    pub fn on_reference(&self, point: &Point3<f64>) -> Point3<f64> {
-        self.scaled_down(&(self.object_from_cloud * point))
-    }
-
-    fn scaled_down(&self, p: &Point3<f64>) -> Point3<f64> {
-        let (width, height) = (1.0 / self.width_scale, 1.0 / self.height_scale);
-        Point3::new(p.x * width, p.y * width, p.z * height)
-    }
-
-    /// A place on the reference in the object's frame at the specimen's own size.
-    pub fn in_object(&self, p: &Point3<f64>) -> Point3<f64> {
-        let (width, height) = (self.width_scale, self.height_scale);
-        Point3::new(p.x * width, p.y * width, p.z * height)
-    }
-}
 
 /// A placement, and how sure it is.
 #[derive(Debug, Clone)]
@@ -74,13 +47,13 @@ const ALIKE: f64 = 8.0;
 /// Looks for the best placement; `None` where nothing of the cloud comes near to the reference.
 pub(crate) fn fit(reference: &Reference, seen: &Observation<'_>) -> Option<Fit> {
     let coarse = thinned(seen.points, COARSE_POINTS);
-    let mut starts: Vec<_> = crate::starts::starts(reference, seen)
+    let mut found: Vec<_> = starts(reference, seen)
         .into_iter()
         .filter_map(|start| descend(reference, seen, &coarse, start, WIDE_M, COARSE_STEPS))
         .collect();
-    starts.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    found.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
     let fine = thinned(seen.points, FINE_POINTS);
-    let best = starts.into_iter().take(2).filter_map(|start| {
+    let best = found.into_iter().take(2).filter_map(|start| {
         let start = start.placement;
         descend(reference, seen, &fine, start, 0.5 * WIDE_M, FINE_STEPS)
     });
@@ -264,19 +237,4 @@ fn facing<'a>(
             .filter(|inner| cameras.see(inner, place)),
         _ => Some(outer),
     }
-}
-
-/// A placement without any scaling.
-pub(crate) fn unscaled(object_from_cloud: Isometry3<f64>) -> Placement {
-    Placement {
-        object_from_cloud,
-        width_scale: 1.0,
-        height_scale: 1.0,
-    }
-}
-
-/// The rotation that takes `up` to z, by the shortest way.
-pub(crate) fn upright(up: &Vector3<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between(up, &Vector3::z())
-        .unwrap_or_else(|| UnitQuaternion::from_scaled_axis(Vector3::x() * std::f64::consts::PI))
 }

@@ -6,6 +6,7 @@
 
 mod answer;
 mod bottom;
+mod dent;
 mod dents;
 mod field;
 mod fit;
@@ -13,16 +14,19 @@ mod layer;
 mod library;
 mod observation;
 mod parameters;
+mod placement;
 mod reference;
+mod shell;
 mod sites;
 mod starts;
 mod synthesis;
 mod words;
 
-pub use answer::{Dent, Doubt, Measured, measure};
-pub use fit::Placement;
+pub use answer::{Doubt, Measured, measure};
+pub use dent::Dent;
 pub use library::{Library, LibraryError, shipped_references};
 pub use observation::Observation;
 pub use parameters::Parameters;
+pub use placement::Placement;
 pub use reference::{Reference, ReferenceError};
 pub use synthesis::{Synthesis, Unsaid};

@@ -7,8 +7,8 @@ use mesh::Mesh;
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 
 use crate::layer::{Layer, Sample, samples};
+use crate::shell::Shell;
 use crate::sites::Sites;
-use crate::synthesis::Shell;
 
 /// An undeformed object, prepared for [`crate::measure`].
 ///

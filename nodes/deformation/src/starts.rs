@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::fit::{Placement, unscaled, upright};
 use crate::observation::Observation;
+use crate::placement::{Placement, unscaled, upright};
 use crate::reference::Reference;
 
 /// Turns about the axis that are tried where they differ.

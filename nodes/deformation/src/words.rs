@@ -2,7 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::answer::{Dent, Measured};
+use crate::answer::Measured;
+use crate::dent::Dent;
 use crate::synthesis::Unsaid;
 
 /// More dents than these are only counted.

@@ -10,6 +10,7 @@ use serde_yaml::Value;
 use crate::error::DatasetError;
 use crate::journal::Journal;
 use crate::manifest::{Row, from_csv, to_csv};
+pub use crate::object::REFERENCES;
 use crate::record::differences;
 use crate::shard::Shard;
 
@@ -17,8 +18,6 @@ const MANIFEST: &str = "manifest.csv";
 const JOURNAL: &str = "manifest.unfinished.csv";
 const RECORD: &str = "run.yaml";
 const SHARD: &str = "shard.yaml";
-/// The folder of the undented objects, OBJECT.ply.
-pub const REFERENCES: &str = "references";
 
 /// Rows by object and number.
 pub type Rows = BTreeMap<(String, usize), Row>;

@@ -8,8 +8,10 @@ use sim_objects::{ObjectClass, Variation};
 
 use crate::digest::hex_digest;
 use crate::error::DatasetError;
-use crate::folder::REFERENCES;
 use crate::settings::Settings;
+
+/// The folder of the undented objects, OBJECT.ply; no object may have its name.
+pub const REFERENCES: &str = "references";
 
 /// Range of an object's longest extent, m. A mesh outside of it was most likely read with the wrong unit.
 const SIZE_RANGE_M: std::ops::RangeInclusive<f32> = 0.01..=1.0;

@@ -5,20 +5,19 @@
 //! The shape that results also has the parts that no camera saw. What is known of a pad there is what the seen rim of its
 //! dent and the bulge beside it say. A depth is claimed only where the Hessian says that it is known.
 
-mod resample;
-mod shell;
 mod squeeze;
 
 use arap::ArapError;
 use nalgebra::{Point3, UnitVector3};
 
-use crate::answer::Dent;
+use crate::dent::Dent;
 use crate::dents::Patch;
 use crate::field::Field;
-use crate::fit::{self, Placement};
+use crate::fit;
 use crate::parameters::Parameters;
+use crate::placement::Placement;
 use crate::reference::Reference;
-pub(crate) use shell::Shell;
+use crate::shell::Shell;
 use squeeze::{Sight, Squeeze};
 
 /// The object as two pads have made it.

@@ -8,9 +8,9 @@
 use arap::ArapError;
 use nalgebra::{Point3, SMatrix, SVector, Vector3};
 
-use super::shell::{Pad, Shell, Spot};
 use crate::fit::{Motion, SCALE_SIGMA};
 use crate::reference::{Reference, tangents};
+use crate::shell::{Pad, Shell, Spot};
 
 /// Shift of the first pad across and up, both depths, and the eight of [`Motion`].
 const UNKNOWNS: usize = 12;

@@ -3,8 +3,8 @@ use nalgebra::{Point3, Vector3};
 use sim_deform::{Denter, Settings};
 use sim_objects::{ObjectClass, Variation};
 
-use super::shell::Pad;
 use super::*;
+use crate::shell::Pad;
 use crate::{Observation, measure};
 
 /// An object that the generator has squeezed, and where.

@@ -1,12 +1,14 @@
 //! A reference's outside as a coarse mesh that two pads can press.
 
+mod resample;
+
 use arap::{Arap, ArapError, ArapSettings, Grip, MeshFault};
 use cloud::Tree;
 use mesh::{Mesh, triangle};
 use nalgebra::{Point3, Vector3};
 
-use super::resample::resampled;
 use crate::layer::Layer;
+use resample::resampled;
 
 /// As many vertices, about.
 const VERTICES: f64 = 1500.0;
@@ -21,7 +23,7 @@ const PAD_FLATNESS: f64 = 0.8;
 
 /// Where a pad presses, and how far.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pad {
+pub(crate) struct Pad {
     /// On the undeformed surface.
     pub centre: Point3<f64>,
     /// Unit vector, outward there; the pad moves against it.
@@ -31,15 +33,15 @@ pub(super) struct Pad {
 
 /// A place of the surface as a mean of three vertices.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
+pub(crate) struct Spot {
     vertices: [u32; 3],
     shares: [f64; 3],
 }
 
 /// The outside of a reference.
 pub(crate) struct Shell {
-    pub(super) vertices_m: Vec<Point3<f64>>,
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) vertices_m: Vec<Point3<f64>>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     normals: Vec<Vector3<f64>>,
     /// Triangles of each vertex.
     around: Vec<Vec<u32>>,
@@ -96,7 +98,7 @@ impl Shell {
     }
 
     /// Two pads that are moved together.
-    pub(super) fn press(&self, pads: &[Pad; 2]) -> Result<Press<'_>, ArapError> {
+    pub(crate) fn press(&self, pads: &[Pad; 2]) -> Result<Press<'_>, ArapError> {
         let mut handles: Vec<(u32, usize)> = Vec::new();
         for (number, pad) in pads.iter().enumerate() {
             for vertex in self.below(pad) {
@@ -135,7 +137,7 @@ impl Shell {
     }
 
     /// The place of the surface nearest to a point.
-    pub(super) fn spot(&self, place: &Point3<f64>) -> Spot {
+    pub(crate) fn spot(&self, place: &Point3<f64>) -> Spot {
         let nearest = self.tree.nearest(&place.cast()).index;
         let mut best = (
             f64::MAX,
@@ -158,7 +160,7 @@ impl Shell {
 }
 
 /// Pads on a shell, to be pressed by one depth after the other.
-pub(super) struct Press<'a> {
+pub(crate) struct Press<'a> {
     shell: &'a Shell,
     grip: Grip<'a>,
     pads: [Pad; 2],
