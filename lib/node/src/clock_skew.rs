@@ -2,8 +2,8 @@
 //!
 //! A message that was stamped at `s` by the other clock and arrives at `a` by this one tells a - s = transit - offset. The
 //! transit is not negative, and the shortest of many is at most the round trip. So the offset lies in
-//! [-lag, round trip - lag], where lag is the least of the differences: as exact as NTP's, and it works with robots that
-//! answer no question.
+//! [-lag, round trip - lag], where lag is the least of the differences. This is as exact as NTP, and needs no request that the
+//! robot would have to answer.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};

@@ -224,7 +224,8 @@ pub(crate) fn cameras(seen: &Observation<'_>, placement: &Placement) -> Cameras 
     )
 }
 
-/// About the nearest part of the reference that a camera looks at: the outside, else the inside of a hollow.
+/// The sample of the reference nearest to a place (approximately), on the side that a camera sees: the outside, or else the inside of
+/// a hollow.
 fn facing<'a>(
     reference: &'a Reference,
     cameras: &Cameras,

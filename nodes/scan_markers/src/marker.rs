@@ -15,7 +15,8 @@ const LETTER_M: f64 = 0.04;
 #[derive(Default)]
 pub struct Board {
     drawn: BTreeMap<(String, i32), Marker>,
-    /// With the frames that they had: RViz carries out a deletion without a frame at once, and what it was to delete is drawn after it.
+    /// The markers to delete, with their frames. RViz carries out a deletion without a frame_id at once, ahead of additions that it
+    /// still holds back for their transform, and would draw those afterwards.
     wiped: BTreeMap<(String, i32), String>,
     is_new: bool,
 }

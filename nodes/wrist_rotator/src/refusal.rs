@@ -20,7 +20,7 @@ pub enum Refusal {
         /// Their names.
         joints: Vec<&'static str>,
     },
-    /// Joint angles have ceased.
+    /// The newest angle of a joint is too old.
     #[error(
         "last angle of {joint} is {age_s:.2} s old (at most {max_s}): check the link to the robot"
     )]
@@ -84,7 +84,7 @@ pub enum Refusal {
     /// The master did not say who commands the arm.
     #[error("the master did not say who else commands this arm: check that it is alive")]
     PublishersUnknown,
-    /// What may forbid motion is not heard.
+    /// A topic that can forbid motion is silent.
     #[error(
         "{}: is the robot's driver up? Where the robot has no such topic, as in a simulator, name {} in ~waived",
         silence_of(.topic, *.silence), .what.name()
@@ -109,7 +109,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// Whether it is for want of a fresh message, which may come any moment.
+    /// Whether a message is missing or too old: the next one may come any moment.
     pub fn is_of_silence(&self) -> bool {
         matches!(
             self,
