@@ -13,7 +13,7 @@ use sim_objects::ObjectClass;
 use sim_scan::ScanParameters;
 use training::data::trained_on::Unseen;
 use training::evaluation::figures::Figures;
-use training::evaluation::{DataTest, Evaluation, Settings, evaluate, real, shift};
+use training::evaluation::{DataTest, Evaluation, Settings, Tests, evaluate, real, shift};
 use training::network::backend::Backend;
 use training::run::{Order, run};
 
@@ -54,17 +54,18 @@ fn the_shipped_model_is_measured_on_whole_surfaces_and_on_views() {
     let mut model = shipped();
     let found = measured(&mut model, None);
     let whole = &found.tests[0];
-    assert!(whole.data.ends_with("whole surface"), "{}", whole.data);
+    assert_eq!(whole.seen, "whole surface");
     assert_eq!(whole.test.clouds, 8);
     assert!(whole.test.accuracy >= 7.0 / 8.0, "{}", found.to_text());
     assert_eq!(whole.test.confusion.labels, model.metadata().labels);
     // Held-out instances, the traced objects, and the first again with less to see.
     for what in [
         "held-out instances of",
-        "the very objects",
+        "the traced objects",
+        "tiny-ball and small-ball",
         "6 mm of one side",
     ] {
-        let views = |test: &&DataTest| test.data.contains(what) && test.data.contains("view");
+        let views = |test: &&DataTest| test.data.contains(what) && test.seen.contains("view");
         let views = found.tests.iter().filter(views).count();
         assert!(views >= 2, "{what}: {}", found.to_text());
     }
@@ -72,11 +73,7 @@ fn the_shipped_model_is_measured_on_whole_surfaces_and_on_views() {
         .tests
         .iter()
         .filter(|test| test.data.contains("not seen"));
-    assert!(
-        unseen
-            .clone()
-            .all(|test| !test.data.contains("whole surface"))
-    );
+    assert!(unseen.clone().all(|test| test.seen != "whole surface"));
     // Eight strangers and an empty hand, each seen from all sides and by its views.
     assert!(found.known.stranger_clouds >= 17 && found.known.auroc > 0.5);
     assert!(found.to_text().contains("none of it was trained on"));
@@ -189,6 +186,45 @@ fn each_real_object_is_named_once() {
     let mut names: Vec<&str> = answers.iter().map(|answer| answer.name.as_str()).collect();
     names.dedup();
     assert!(answers.len() >= 12 && names.len() == answers.len());
+}
+
+#[test]
+fn the_documents_show_the_figures_of_the_shipped_model() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap();
+    let figures = Figures::read(&folder.join("docs/figures.json")).unwrap();
+    let model = shipped();
+    let id = &model.metadata().run_id;
+    let tests = figures.tests.as_ref().unwrap();
+    let shifts = figures.shifts.as_ref().unwrap();
+    let hint = "`make figures` measures the shipped model and writes its figures";
+    assert!(tests.origins.len() >= 3, "{hint}");
+    for origin in tests.origins.iter().chain([&shifts.origin]) {
+        assert_eq!(&origin.model_id, id, "{hint}");
+    }
+    assert_eq!(read("docs/figures.md"), figures.to_page(), "{hint}");
+    let readme = read("README.md");
+    assert!(figures.to_summary().lines().count() >= 11);
+    assert_eq!(readme, figures.within(&readme).unwrap(), "{hint}");
+}
+
+#[test]
+fn a_summary_replaces_what_stands_between_its_marks_and_nothing_else() {
+    let found = measured(&mut shipped(), None);
+    let figures = Figures {
+        tests: Some(Tests::of(&[found.clone(), found])),
+        shifts: None,
+    };
+    let marks = Figures::default()
+        .within("<!-- what make figures writes begins here -->\nold\n<!-- what make figures writes ends here -->\n")
+        .unwrap();
+    assert!(!marks.contains("old"));
+    let text = figures.within(&format!("above\n{marks}below\n")).unwrap();
+    assert!(text.starts_with("above\n") && text.ends_with("below\n"));
+    assert!(text.contains(&figures.to_summary()) && text.contains("known and wrong"));
+    assert_eq!(figures.within(&text).unwrap(), text);
+    let error = figures.within("no marks").unwrap_err().to_string();
+    assert!(error.contains("begins here"), "{error}");
 }
 
 #[test]

@@ -11,4 +11,6 @@ mod specimen;
 pub use denter::{Dent, DentError, Denter};
 pub use flatten::Flattening;
 pub use settings::Settings;
-pub use specimen::{SQUEEZE_MAX_M, SqueezeError, dented_instance, pressed, specimen, squeeze};
+pub use specimen::{
+    SQUEEZE_MAX_M, SqueezeError, dented_instance, pressed_instance, specimen, squeeze,
+};

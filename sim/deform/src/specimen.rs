@@ -42,21 +42,8 @@ pub fn specimen(
     squeeze_m: f64,
     seed: u64,
 ) -> Result<Mesh, SqueezeError> {
-    check(squeeze_m)?;
-    pressed(class, variation, squeeze_m, seed)
-}
-
-/// As [`specimen`], however deep the dent; it is shallower where the fingers would meet or the surface would fold.
-///
-/// # Errors
-/// No grasp of the object can be pressed, or a depth that is no number.
-pub fn pressed(
-    class: ObjectClass,
-    variation: &Variation,
-    squeeze_m: f64,
-    seed: u64,
-) -> Result<Mesh, SqueezeError> {
     static DENTERS: Denters = no_denters();
+    check(squeeze_m)?;
     let undented = class.mesh(&Variation::NONE);
     let mut mesh = kept_squeezed(&DENTERS, class, undented, squeeze_m, seed)?;
     variation.apply(&mut mesh);
@@ -73,8 +60,20 @@ pub fn dented_instance(
     squeeze_m: f64,
     seed: u64,
 ) -> Result<Mesh, SqueezeError> {
-    static DENTERS: Denters = no_denters();
     check(squeeze_m)?;
+    pressed_instance(instance, squeeze_m, seed)
+}
+
+/// As [`dented_instance`], however deep the dent; it is shallower where the fingers would meet or the surface would fold.
+///
+/// # Errors
+/// No grasp of the object can be pressed, or a depth that is no number.
+pub fn pressed_instance(
+    instance: &Instance,
+    squeeze_m: f64,
+    seed: u64,
+) -> Result<Mesh, SqueezeError> {
+    static DENTERS: Denters = no_denters();
     let class = instance.class();
     let undented = Instance::middle(class).mesh();
     let mut mesh = kept_squeezed(&DENTERS, class, undented, squeeze_m, seed)?;

@@ -11,7 +11,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use sim_scan::ScanParameters;
 use training::evaluation::figures::Figures;
-use training::evaluation::{self, Settings, real, shift};
+use training::evaluation::{self, Settings, Tests, real, shift};
 
 /// Measures a model on simulated scans that it was not trained on.
 #[derive(Debug, Parser)]
@@ -35,6 +35,9 @@ struct Arguments {
     /// Everything random comes from this; other than a training run's
     #[arg(long, default_value_t = 9001)]
     seed: u64,
+    /// Measure so many times, with this seed, the next one, and so on
+    #[arg(long, value_name = "COUNT", default_value = "1", conflicts_with_all = ["shift", "real", "json"])]
+    seeds: NonZeroUsize,
     /// Also measure on the meshes of this dataset, made by generate_dataset; of one that the model was trained on, on those
     /// that were held out
     #[arg(long, value_name = "FOLDER")]
@@ -52,6 +55,12 @@ struct Arguments {
     /// there stays
     #[arg(long, value_name = "JSON")]
     figures: Option<PathBuf>,
+    /// Also put the few most important rows into this Markdown file, between its two marks
+    #[arg(long, value_name = "MD", requires = "figures")]
+    summary: Option<PathBuf>,
+    /// Measure nothing: make page and summary of the file of results as it is
+    #[arg(long, requires = "figures", conflicts_with_all = ["shift", "dataset", "nominal"])]
+    redraw: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -79,30 +88,49 @@ fn run(arguments: &Arguments) -> Result<()> {
     let mut figures = figures
         .map(|path| Figures::read(path).map(|figures| (path, figures)))
         .transpose()?;
-    let bar = ProgressBar::new_spinner();
-    if arguments.shift {
-        let (specimens, seed) = (arguments.specimens, arguments.seed);
-        let found = shift::measure(&mut model, &shift::all(), specimens, seed, || bar.inc(1))?;
-        bar.finish_and_clear();
-        show(arguments, &found, || found.to_text())?;
-        if let Some((_, figures)) = &mut figures {
-            figures.shifts = Some(found);
-        }
-    } else {
-        let found = evaluation::evaluate(&mut model, &settings(arguments), || bar.inc(1))?;
-        bar.finish_and_clear();
-        show(arguments, &found, || found.to_text())?;
-        if let Some((_, figures)) = &mut figures {
-            figures.tests = Some(found);
-        }
+    if !arguments.redraw {
+        measure(
+            arguments,
+            &mut model,
+            figures.as_mut().map(|(_, figures)| figures),
+        )?;
     }
-    match figures {
-        Some((path, figures)) => figures.write(path),
+    let Some((path, figures)) = figures else {
+        return Ok(());
+    };
+    figures.write(path)?;
+    match &arguments.summary {
+        Some(summary) => figures.write_within(summary),
         None => Ok(()),
     }
 }
 
-fn settings(arguments: &Arguments) -> Settings {
+fn measure(arguments: &Arguments, model: &mut Model, figures: Option<&mut Figures>) -> Result<()> {
+    let bar = ProgressBar::new_spinner();
+    if arguments.shift {
+        let (specimens, seed) = (arguments.specimens, arguments.seed);
+        let found = shift::measure(model, &shift::all(), specimens, seed, || bar.inc(1))?;
+        bar.finish_and_clear();
+        show(arguments, &found, || found.to_text())?;
+        if let Some(figures) = figures {
+            figures.shifts = Some(found);
+        }
+        return Ok(());
+    }
+    let mut all = Vec::new();
+    for seed in (arguments.seed..).take(arguments.seeds.get()) {
+        let found = evaluation::evaluate(model, &settings(arguments, seed), || bar.inc(1))?;
+        bar.suspend(|| show(arguments, &found, || found.to_text()))?;
+        all.push(found);
+    }
+    bar.finish_and_clear();
+    if let Some(figures) = figures {
+        figures.tests = Some(Tests::of(&all));
+    }
+    Ok(())
+}
+
+fn settings(arguments: &Arguments, seed: u64) -> Settings {
     Settings {
         specimens: arguments.specimens,
         dataset: arguments.dataset.clone(),
@@ -111,7 +139,7 @@ fn settings(arguments: &Arguments) -> Settings {
         } else {
             ScanParameters::default()
         },
-        seed: arguments.seed,
+        seed,
     }
 }
 

@@ -1,4 +1,6 @@
-//! Test results by number of views.
+//! Test results by what was seen of the objects.
+
+use std::fmt;
 
 use classifier::{ModelMetadata, Output};
 use serde::{Deserialize, Serialize};
@@ -9,17 +11,44 @@ use crate::evaluation::test_result::{Answered, TestResult};
 /// Test result for one kind of clouds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DataTest {
-    /// Description of the clouds.
+    /// Which objects.
     pub data: String,
+    /// Whether the model learned from these objects or from others of their kind.
+    pub are: Objects,
+    /// What was seen of them.
+    pub seen: String,
     /// The result.
     #[serde(flatten)]
     pub test: TestResult,
+}
+
+/// What tested objects are to those that the model learned from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Objects {
+    /// Others of the same kind, with a size and form of their own.
+    OthersOfTheKind,
+    /// The same, dented anew.
+    Same,
+    /// Those of a dataset, dented anew.
+    OfDataset,
+}
+
+impl fmt::Display for Objects {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::OthersOfTheKind => "another of its kind",
+            Self::Same => "the very object",
+            Self::OfDataset => "the dataset's object",
+        })
+    }
 }
 
 /// One test for each way of looking at the objects: the whole surface, one view, two, ..., and standing on a box: all, one
 /// view, two, ....
 pub(super) fn by_view(
     data: &str,
+    are: Objects,
     metadata: &ModelMetadata,
     answers: &[Seen<Output>],
 ) -> Vec<DataTest> {
@@ -45,14 +74,16 @@ pub(super) fn by_view(
         kinds.push((name, select(false, Some(views))));
     }
     kinds.retain(|(_, answers)| !answers.is_empty());
-    let test = |(kind, answers): (String, Vec<&Seen<Output>>)| {
+    let test = |(seen, answers): (String, Vec<&Seen<Output>>)| {
         let answered = answers.iter().map(|answer| Answered {
             log_probabilities: &answer.taken.log_probabilities,
             known_score: f64::from(answer.taken.known_score),
             label: answer.label as usize,
         });
         DataTest {
-            data: format!("{data}: {kind}"),
+            data: data.to_owned(),
+            are,
+            seen,
             test: TestResult::of(&metadata.labels, metadata.known_threshold, answered),
         }
     };

@@ -7,8 +7,10 @@ pub mod figures;
 mod known;
 mod origin;
 pub mod real;
+mod seeds;
 pub mod shift;
 mod test_result;
+mod text;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -19,9 +21,10 @@ use serde::{Deserialize, Serialize};
 use sim_objects::{Difference, Instances, ObjectClass};
 
 pub use adaptation::calibration;
-pub use by_view::DataTest;
+pub use by_view::{DataTest, Objects};
 pub use known::Known;
 pub use origin::Origin;
+pub use seeds::{KnownRow, KnownShares, StrangerRow, StrangerShares, Tests};
 pub use shift::Shifts;
 pub use test_result::TestResult;
 
@@ -111,18 +114,25 @@ pub fn evaluate(
     let held_out = own(|class| Specimens::Family(class, Instances::Test));
     let mut known_scores = Vec::new();
     if !held_out.is_empty() {
-        let mut tested = |what: &str, answers: &[Seen<Output>]| {
-            let data = format!("{what}, {count} specimens a class, seed {seed}");
-            tests.extend(by_view::by_view(&data, &metadata, answers));
+        let mut tested = |what: &str, are: Objects, answers: &[Seen<Output>]| {
+            tests.extend(by_view::by_view(what, are, &metadata, answers));
         };
         let answers = measure(&held_out, scans)?;
-        tested(HELD_OUT, &answers);
+        tested(HELD_OUT, Objects::OthersOfTheKind, &answers);
         known_scores = scores(&answers);
-        tested(TRACED, &measure(&own(Specimens::Traced), scans)?);
+        let answers = measure(&own(Specimens::Traced), scans)?;
+        tested(TRACED, Objects::Same, &answers);
+        let balls = SMALL_BALLS.map(ObjectClass::name);
+        let is_ball = |seen: &Seen<Output>| {
+            let label = metadata.labels.get(seen.label as usize);
+            label.is_some_and(|label| balls.contains(&label.as_str()))
+        };
+        let of_balls: Vec<_> = answers.into_iter().filter(is_ball).collect();
+        tested(TRACED_BALLS, Objects::Same, &of_balls);
         // The same specimens, poses and noise as the held-out instances.
         let mut flank = measure(&held_out, &flank_lost(scans))?;
         flank.retain(|seen| seen.view_count > 0);
-        tested(FLANK_LOST, &flank);
+        tested(FLANK_LOST, Objects::OthersOfTheKind, &flank);
     } else if settings.dataset.is_none() {
         let known = metadata.labels.join(", ");
         bail!(
@@ -132,13 +142,11 @@ pub fn evaluate(
     if let Some(folder) = &settings.dataset {
         let (classes, unseen) = dataset_classes(folder, &metadata, count)?;
         let answers = measure(&classes, scans)?;
-        let data = format!(
-            "{}, {count} meshes a class{}",
-            folder.display(),
-            said_of(unseen)
-        );
+        let name = folder.file_name().unwrap_or(folder.as_os_str());
+        let data = format!("meshes of {}{}", name.display(), said_of(unseen));
         of_dataset = Some(unseen);
-        tests.extend(by_view::by_view(&data, &metadata, &answers));
+        let are = Objects::OfDataset;
+        tests.extend(by_view::by_view(&data, are, &metadata, &answers));
         if held_out.is_empty() {
             known_scores = scores(&answers);
         }
@@ -176,10 +184,14 @@ pub fn evaluate(
 
 /// Objects of the families that the model was not trained on.
 const HELD_OUT: &str = "held-out instances of the families";
-/// Objects whose outlines were traced from scans; a third of the training specimens are such.
-const TRACED: &str = "the very objects, as traced from scans";
+/// Objects whose outlines were traced from scans; half of the training specimens are such.
+const TRACED: &str = "the traced objects";
+/// Those of [`SMALL_BALLS`] among them.
+const TRACED_BALLS: &str = "of these, tiny-ball and small-ball";
 /// Held-out instances of which less is seen than ever in training.
 const FLANK_LOST: &str = "held-out instances, 6 mm of one side not seen";
+/// The two that differ least.
+const SMALL_BALLS: [ObjectClass; 2] = [ObjectClass::TinyBall, ObjectClass::SmallBall];
 
 /// Scans in which one side of the object is not seen, 6 mm wide.
 fn flank_lost(scans: &ScanParameters) -> ScanParameters {
@@ -197,7 +209,7 @@ const NEAR_STRANGERS: usize = 4;
 fn said_of(unseen: Unseen) -> &'static str {
     match unseen {
         Unseen::All => "",
-        Unseen::HeldOut => " of those held out in training",
+        Unseen::HeldOut => ", those held out in training",
         Unseen::Unknown => ", perhaps trained on",
     }
 }
@@ -243,83 +255,4 @@ fn dataset_classes(
         class.label = labels.iter().position(|label| label == name).unwrap_or(0) as u32;
     }
     Ok((classes, unseen))
-}
-
-impl Evaluation {
-    /// A few lines a test, for people.
-    pub fn to_text(&self) -> String {
-        let mut text = String::new();
-        for DataTest { data, test } in &self.tests {
-            text += &format!(
-                "{}\n{}accuracy {} on {} clouds; called known: {}, of all {} though wrong; calibration error {:.3}\n\n",
-                data,
-                test.confusion.table(),
-                percent(test.accuracy),
-                test.clouds,
-                percent(test.known_share),
-                percent(test.known_wrong_share),
-                test.calibration_error,
-            );
-        }
-        text += &self.strangers_table();
-        text + &format!(
-            "\n{}; {}\n",
-            match self.of_dataset {
-                Some(Unseen::Unknown) =>
-                    "the model file does not say whether the dataset's meshes were trained on",
-                _ => "none of it was trained on",
-            },
-            self.origin.to_text(),
-        )
-    }
-
-    /// The same as tables, without the confusions, in Markdown.
-    pub fn to_tables(&self) -> String {
-        let mut text = "| clouds of known objects | clouds | label right | known and right | known and wrong | unknown | calibration error |\n\
-                        |---|---|---|---|---|---|---|\n"
-            .to_owned();
-        for DataTest { data, test } in &self.tests {
-            text += &format!(
-                "| {data} | {} | {} | {} | {} | {} | {:.3} |\n",
-                test.clouds,
-                percent(test.accuracy),
-                percent(test.known_share - test.known_wrong_share),
-                percent(test.known_wrong_share),
-                percent(1.0 - test.known_share),
-                test.calibration_error,
-            );
-        }
-        format!("{text}\n{}", self.strangers_table())
-    }
-
-    fn strangers_table(&self) -> String {
-        let known = &self.known;
-        let row = |name: &str, known: &Known| {
-            format!(
-                "| {name} | {} | {:.3} | {} |\n",
-                known.stranger_clouds,
-                known.auroc,
-                percent(1.0 - known.strangers_called_unknown)
-            )
-        };
-        let near = self.near.iter();
-        let near = near.map(|near| {
-            row(
-                &format!("of the same kinds, {}", near.difference),
-                &near.known,
-            )
-        });
-        format!(
-            "Strangers against {} clouds of known objects, of which {} are called known; known is here always wrong.\n\n\
-             | strangers | clouds | AUROC | known and wrong |\n|---|---|---|---|\n{}{}",
-            known.known_clouds,
-            percent(known.known_called_known),
-            row("of other kinds and sizes, and an empty hand", known),
-            near.rev().collect::<String>(),
-        )
-    }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
 }

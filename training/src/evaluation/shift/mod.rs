@@ -13,8 +13,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sim_objects::ObjectClass;
-use sim_scan::{ScanParameters, Setup, after_each_view, capture, dented};
+use sim_objects::{Instance, Instances, ObjectClass};
+use sim_scan::{ScanParameters, Setup, after_each_view, capture, dented_instance};
 
 pub use curves::{Curve, Step, all};
 pub use disturb::Shift;
@@ -182,12 +182,12 @@ impl Scanned {
 
     fn object(&self, shift: Shift, parameters: &ScanParameters, seed: u64) -> Result<Mesh> {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let instance = Instance::random(self.class, Instances::Test, &mut random);
         Ok(match shift {
             Shift::Dent(depth_m) => {
-                let size = sim_objects::Variation::random(random.random());
-                sim_deform::pressed(self.class, &size, depth_m, random.random())?
+                sim_deform::pressed_instance(&instance, depth_m, random.random())?
             }
-            _ => dented(self.class, parameters, &mut random)?,
+            _ => dented_instance(&instance, parameters, &mut random)?,
         })
     }
 }
@@ -196,7 +196,7 @@ impl Shifts {
     /// A table for each curve, in Markdown.
     pub fn to_text(&self) -> String {
         let mut text = format!(
-            "{} scans of held objects in each row; in brackets 95 % intervals (Wilson). Shares are of all scans: one without an\n\
+            "{} scans in each row, of held-out instances of the families, held; in brackets 95 % intervals (Wilson). Shares are of all scans: one without an\n\
              answer is neither right nor known. `*`: within the range that was trained on.\n",
             self.origin.specimens * ObjectClass::ALL.len()
         );
