@@ -1,7 +1,7 @@
 //! One-rings: the neighbours of each vertex, and the cotangent weight of the edge to each.
 
-use mesh::{Mesh, Rows, Spoke};
-use nalgebra::{Point3, Vector3};
+use mesh::{Mesh, Rows, Spoke, triangle};
+use nalgebra::Point3;
 
 /// Why a mesh has no sound one-rings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -58,8 +58,6 @@ pub enum MeshFault {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OneRings(Rows<(u32, f64)>);
 
-/// Largest cotangent: bounds the weight of a triangle without area. Reached at an angle of 0.006°.
-const COTANGENT_MAX: f64 = 1e4;
 /// Weight of an edge whose mean cotangent is negative: too small to show in an energy, but enough to tie a vertex with
 /// only such edges to its neighbours.
 const WEIGHT_MIN: f64 = 1e-9;
@@ -72,10 +70,8 @@ impl OneRings {
         let half_edges = mesh.half_edges();
         let mut rings = Rows::new();
         for vertex in 0..half_edges.vertex_count() as u32 {
-            let cotangent = |spoke: &Spoke| {
-                let [apex, from, to] = mesh.corners(&[spoke.apex, vertex, spoke.to]);
-                cotangent(from - apex, to - apex)
-            };
+            let cotangent =
+                |spoke: &Spoke| triangle::cotangent(mesh.corners(&[spoke.apex, vertex, spoke.to]));
             let spokes = half_edges.spokes(vertex);
             let edges = spokes.chunk_by(|a, b| a.to == b.to);
             rings.push(edges.map(|edge| {
@@ -151,18 +147,6 @@ fn check(mesh: &Mesh) -> Result<(), MeshFault> {
         }
     }
     Ok(())
-}
-
-/// Cotangent of the angle between two sides; 0 where a side has no length.
-fn cotangent(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
-    let (along, across) = (a.dot(&b), a.cross(&b).norm());
-    if along.abs() < COTANGENT_MAX * across {
-        along / across
-    } else if along == 0.0 {
-        0.0
-    } else {
-        COTANGENT_MAX.copysign(along)
-    }
 }
 
 #[cfg(test)]

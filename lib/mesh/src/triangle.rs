@@ -22,6 +22,45 @@ pub fn normal(corners: [Point3<f64>; 3]) -> Vector3<f64> {
     area_normal(corners).try_normalize(0.0).unwrap_or_default()
 }
 
+/// Largest cotangent: that of 0.006°. A triangle without area has no more.
+pub const COTANGENT_MAX: f64 = 1e4;
+
+/// Cotangent of a triangle's angle at its first corner, at most 10,000 in magnitude; 0 where a side there has no length.
+#[inline]
+pub fn cotangent([a, b, c]: [Point3<f64>; 3]) -> f64 {
+    let (from, to) = (b - a, c - a);
+    let (along, across) = (from.dot(&to), from.cross(&to).norm());
+    if along.abs() < COTANGENT_MAX * across {
+        along / across
+    } else if along == 0.0 {
+        0.0
+    } else {
+        COTANGENT_MAX.copysign(along)
+    }
+}
+
+/// Cotangents of all its angles.
+pub fn cotangents([a, b, c]: [Point3<f64>; 3]) -> [f64; 3] {
+    [[a, b, c], [b, c, a], [c, a, b]].map(cotangent)
+}
+
+/// The parts of a triangle's area that lie in the Voronoi cells of its corners; where an angle is obtuse, half of it for that corner
+/// and a quarter for the others (Meyer, Desbrun, Schröder and Barr, "Discrete differential-geometry operators for triangulated
+/// 2-manifolds", 2003). Their sum is its area.
+pub fn voronoi_areas(corners: [Point3<f64>; 3]) -> [f64; 3] {
+    let cotangents = cotangents(corners);
+    if let Some(obtuse) = cotangents.iter().position(|&cotangent| cotangent < 0.0) {
+        let area = area(corners);
+        return [0, 1, 2].map(|k| if k == obtuse { 0.5 * area } else { 0.25 * area });
+    }
+    // The angle opposite to a side decides how much of it counts.
+    let opposite = |k: usize| {
+        let side = corners[(k + 1) % 3] - corners[(k + 2) % 3];
+        cotangents[k] * side.norm_squared()
+    };
+    [0, 1, 2].map(|k| (opposite((k + 1) % 3) + opposite((k + 2) % 3)) / 8.0)
+}
+
 /// Unit normal of each vertex: the mean of the normals of its triangles, weighted by their angles there (Thürmer and
 /// Wüthrich, J. Graphics Tools, 1998). Zero for a vertex without a triangle.
 ///
@@ -81,6 +120,30 @@ mod tests {
                 .normalize();
             assert!((normal - outward).norm() < 1e-6, "{vertex}: {normal}");
         }
+    }
+
+    #[test]
+    fn cells_of_corners_share_a_triangles_area() {
+        let triangle =
+            |apex: [f64; 2]| [[0.0, 0.0], [2.0, 0.0], apex].map(|[x, y]| Point3::new(x, y, 0.5));
+        // Right-angled at the origin: its cell reaches to the middle of the long side.
+        let right = triangle([0.0, 2.0]);
+        assert!((cotangents(right)[0]).abs() < 1e-12 && (cotangents(right)[1] - 1.0).abs() < 1e-12);
+        for (found, expected) in voronoi_areas(right).into_iter().zip([1.0, 0.5, 0.5]) {
+            assert!((found - expected).abs() < 1e-12, "{found}");
+        }
+        let obtuse = triangle([-1.0, 0.5]);
+        assert!(cotangents(obtuse)[0] < 0.0);
+        assert_eq!(voronoi_areas(obtuse), [0.25, 0.125, 0.125]);
+        for corners in [right, obtuse, triangle([1.0, 1.9])] {
+            assert!((voronoi_areas(corners).iter().sum::<f64>() - area(corners)).abs() < 1e-12);
+        }
+        let flat = triangle([1.0, 0.0]);
+        assert!(
+            cotangents(flat)
+                .iter()
+                .all(|cotangent| cotangent.is_finite())
+        );
     }
 
     #[test]

@@ -36,6 +36,14 @@ pub struct Row {
     pub loss_smooth_mm: Option<f64>,
     /// Their weighted sum.
     pub loss: Option<f64>,
+    /// Edge loss as Eq. 5 is printed, mm^2. The distance is the same.
+    pub printed_edge_mm2: Option<f64>,
+    /// Normal loss as printed.
+    pub printed_normal: Option<f64>,
+    /// Laplacian smoothing loss as printed, 1/mm.
+    pub printed_smooth_per_mm: Option<f64>,
+    /// Their weighted sum.
+    pub printed_loss: Option<f64>,
     /// Energy of the deformation, mm^2 (paper Eq. 3).
     pub energy_mm2: Option<f64>,
     /// Iterations of the deformation.
@@ -65,6 +73,10 @@ impl Row {
             loss_normal: Some(dent.loss.normal),
             loss_smooth_mm: Some(dent.loss.smooth_mm),
             loss: Some(dent.loss.total),
+            printed_edge_mm2: Some(dent.loss.printed.edge_mm2),
+            printed_normal: Some(dent.loss.printed.normal),
+            printed_smooth_per_mm: Some(dent.loss.printed.smooth_per_mm),
+            printed_loss: Some(dent.loss.printed.total),
             energy_mm2: Some(dent.energy_m2 * MM_PER_M * MM_PER_M),
             iterations: Some(dent.iterations),
             sha256: Some(sha256),
@@ -95,6 +107,10 @@ impl Row {
             loss_normal: None,
             loss_smooth_mm: None,
             loss: None,
+            printed_edge_mm2: None,
+            printed_normal: None,
+            printed_smooth_per_mm: None,
+            printed_loss: None,
             energy_mm2: None,
             iterations: None,
             seed,

@@ -33,7 +33,8 @@ What training and test have in common:
 - \"The very object\" is one that the model has learned from; dents, poses and noise are new. The outlines of the eight were traced
   from recorded scans. This is the paper's case: a laboratory with eight objects of its own.
 - \"The dataset's object\" is an object of a dataset. The meshes of `scans-dented-anew` are those eight recorded scans, dented anew: no
-  cloud of them is trained on, but the traced outlines are of the same objects.
+  cloud of them is trained on, but the traced outlines are of the same objects. (\"Perhaps trained on\": the file of an older model
+  does not name its datasets.)
 - Training and test clouds come from one simulator, with the same ranges of noise, mount error and dents, except where a
   table says what is shifted.
 - No size of a near stranger that is tested is trained on. Those less than 5 % off are not trained on at all.

@@ -54,7 +54,7 @@ fn obtuse_and_flat_triangles_have_finite_weights_that_are_not_negative() {
         .collect();
     assert!(
         all.iter()
-            .all(|weight| (WEIGHT_MIN..=COTANGENT_MAX).contains(weight)),
+            .all(|weight| (WEIGHT_MIN..=triangle::COTANGENT_MAX).contains(weight)),
         "{all:?}"
     );
     assert_eq!(weight(&rings, 0, 1), Some(WEIGHT_MIN));

@@ -1,5 +1,6 @@
 //! How far a deformed mesh is from its source and from a well-shaped mesh (paper Sec. VI-A, Eq. 5).
 
+mod printed;
 #[cfg(test)]
 mod tests;
 mod weights;
@@ -9,6 +10,7 @@ use mesh::{Edge, Mesh, triangle};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+pub use printed::PrintedLoss;
 pub use weights::{LossWeightError, LossWeights};
 
 const MM_PER_M: f64 = 1000.0;
@@ -27,6 +29,8 @@ pub struct Loss {
     pub smooth_mm: f64,
     /// The sum weighted by [`LossWeights`].
     pub total: f64,
+    /// The same letter by letter.
+    pub printed: PrintedLoss,
 }
 
 /// Computes the loss of deformations of one source mesh.
@@ -40,6 +44,7 @@ pub struct LossOfSource {
     edges: Vec<[u32; 2]>,
     /// Triangles on both sides of an edge.
     facing: Vec<[u32; 2]>,
+    mean_edge_mm: f64,
 }
 
 impl LossOfSource {
@@ -52,6 +57,10 @@ impl LossOfSource {
             tree: Tree::new(&source.vertices),
             triangles: source.triangles.clone(),
             facing: edges.iter().flat_map(facing).collect(),
+            mean_edge_mm: mean(&edges, |edge| {
+                let [a, b] = edge.ends.map(|end| source.vertices[end as usize]);
+                f64::from((a - b).norm()) * MM_PER_M
+            }),
             edges: edges.iter().map(|edge| edge.ends).collect(),
         }
     }
@@ -63,10 +72,12 @@ impl LossOfSource {
             .map(|v| v.cast::<f64>() * MM_PER_M)
             .collect();
         let distance_mm2 = self.distance_mm2(vertices_m);
-        let edge_mm2 = self.edge_mm2(&deformed_mm);
+        let edge_mm2 = self.edge_mm2(&deformed_mm, self.weights.edge_target_m * MM_PER_M);
         let normal = self.normal(&deformed_mm);
         let smooth_mm = self.smooth_mm(&deformed_mm);
         let weights = &self.weights;
+        let printed_edge_mm2 = self.edge_mm2(&deformed_mm, self.mean_edge_mm);
+        let terms = [distance_mm2, printed_edge_mm2, normal];
         Loss {
             distance_mm2,
             edge_mm2,
@@ -76,6 +87,7 @@ impl LossOfSource {
                 + weights.edge * edge_mm2
                 + weights.normal * normal
                 + weights.smooth * smooth_mm,
+            printed: PrintedLoss::of(&deformed_mm, &self.triangles, terms, weights),
         }
     }
 
@@ -90,8 +102,7 @@ impl LossOfSource {
         }
     }
 
-    fn edge_mm2(&self, vertices_mm: &[Point3<f64>]) -> f64 {
-        let target_mm = self.weights.edge_target_m * MM_PER_M;
+    fn edge_mm2(&self, vertices_mm: &[Point3<f64>], target_mm: f64) -> f64 {
         mean(&self.edges, |&[a, b]| {
             let length_mm = (vertices_mm[a as usize] - vertices_mm[b as usize]).norm();
             (length_mm - target_mm).powi(2)

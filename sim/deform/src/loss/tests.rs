@@ -62,6 +62,47 @@ fn a_regular_tetrahedron_has_its_closed_form() {
 }
 
 #[test]
+fn the_printed_sums_meet_each_edge_twice_and_measure_it_against_the_mean() {
+    let mesh = tetrahedron(0.012);
+    let rest = of(&mesh, &mesh.vertices);
+    assert!(rest.printed.edge_mm2 < 1e-6, "{rest:?}");
+    assert_eq!(rest.printed.normal, 2.0 * rest.normal);
+    // Twice as large: (24 − 12)² from both ends of each edge.
+    let grown: Vec<Point3<f32>> = mesh.vertices.iter().map(|v| v * 2.0).collect();
+    let loss = of(&mesh, &grown).printed;
+    assert!((loss.edge_mm2 - 2.0 * 144.0).abs() < 1e-3, "{loss:?}");
+    let distance_mm2 = of(&mesh, &grown).distance_mm2;
+    let weighted = distance_mm2 + loss.edge_mm2 + 0.01 * loss.normal + 0.1 * loss.smooth_per_mm;
+    assert!((loss.total - weighted).abs() < 1e-12);
+}
+
+#[test]
+fn delta_is_twice_the_mean_curvature_and_its_mean_cancels() {
+    let radius_mm = 30.0;
+    let mesh = Mesh::cylinder(0.03, 0.0, 0.1, 64).subdivided();
+    let vertices_mm: Vec<Point3<f64>> = mesh.vertices.iter().map(|v| v.cast() * 1e3).collect();
+    let deltas = printed::deltas(&vertices_mm, &mesh.triangles);
+    let middle = vertices_mm.iter().zip(&deltas).filter(|(place, _)| {
+        (30.0..70.0).contains(&place.z) && place.x.hypot(place.y) > 0.99 * radius_mm
+    });
+    let mut count = 0;
+    for (place, delta) in middle {
+        // 1/r along the outward normal: a cylinder bends in one direction only. Its middles of chords lie on flat facets.
+        let outward = Vector3::new(place.x, place.y, 0.0).normalize();
+        assert!(delta.norm() < 2.5 / radius_mm, "{delta} at {place}");
+        assert!(
+            (delta - outward * delta.dot(&outward)).norm() < 1e-3,
+            "{delta} at {place}"
+        );
+        count += 1;
+    }
+    assert!(count > 50);
+    let loss = of(&mesh, &mesh.vertices);
+    let mean = deltas.iter().map(|delta| delta.norm()).sum::<f64>() / deltas.len() as f64;
+    assert!(loss.printed.smooth_per_mm < 0.05 * mean, "{loss:?}");
+}
+
+#[test]
 fn edges_of_the_wanted_length_cost_nothing() {
     let mesh = tetrahedron(0.012);
     let weights = LossWeights {
