@@ -12,6 +12,8 @@
 //! For given rotations the best positions solve a sparse linear system (ARAP's global step), whose matrix is the same for
 //! all deformations of a source. This leaves a function of the rotations alone, which is close to quadratic. L-BFGS
 //! minimises it, preconditioned by the Hessian of the smoothing term.
+//!
+//! [`Laplacian`] minimises the energy as the paper prints it instead.
 
 mod block;
 mod cholesky;
@@ -19,6 +21,7 @@ mod energy;
 mod error;
 mod grip;
 mod handles;
+mod laplacian;
 mod minimise;
 mod one_ring;
 mod source;
@@ -26,6 +29,7 @@ mod source;
 pub use cholesky::FactorFault;
 pub use error::ArapError;
 pub use grip::{Deformed, Grip};
+pub use laplacian::{Laplacian, LaplacianGrip};
 pub use minimise::Stop;
 pub use one_ring::MeshFault;
 pub use source::{Arap, ArapSettings};

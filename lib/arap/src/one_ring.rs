@@ -89,6 +89,13 @@ impl OneRings {
         }
     }
 
+    /// The pattern of a symmetric matrix: for each row the entries off the diagonal, which take the place of weights.
+    pub fn of_entries(
+        rows: impl IntoIterator<Item = impl IntoIterator<Item = (u32, f64)>>,
+    ) -> Self {
+        Self(rows.into_iter().collect())
+    }
+
     /// Number of vertices.
     pub fn len(&self) -> usize {
         self.0.len()

@@ -147,7 +147,7 @@ impl Places for Given {
     }
 }
 
-fn check(settings: &ArapSettings) -> Result<(), ArapError> {
+pub(super) fn check(settings: &ArapSettings) -> Result<(), ArapError> {
     let shares = [
         ("smoothness", settings.smoothness),
         ("energy_change_min", settings.energy_change_min),
@@ -187,7 +187,7 @@ pub(super) fn marked(
     Ok(marked)
 }
 
-fn singular(system: &'static str) -> impl Fn(cholesky::FactorFault) -> ArapError {
+pub(super) fn singular(system: &'static str) -> impl Fn(cholesky::FactorFault) -> ArapError {
     move |cause| ArapError::Singular { system, cause }
 }
 

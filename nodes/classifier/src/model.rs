@@ -221,7 +221,8 @@ impl Answer {
             .max_by(|a, b| a.1.total_cmp(b.1));
         let (second, probability) = second?;
         Some(format!(
-            "it may also be {second} ({probability:.3}): a probability of {:.3} is below {CERTAIN_PROBABILITY}",
+            "it may also be {second} ({probability:.3}): a probability of {:.3} is below {CERTAIN_PROBABILITY}; \
+             more views or another grasp may tell",
             self.probability
         ))
     }

@@ -154,6 +154,7 @@ fn an_answer_that_may_be_another_object_is_unknown() {
     );
     let doubt = even.doubt().unwrap();
     assert!(doubt.starts_with("it may also be wide"), "{doubt}");
+    assert!(doubt.contains("more views"), "{doubt}");
     let certain = answer_to(&mut model, 0.1);
     assert!(certain.known && certain.doubt().is_none(), "{certain:?}");
 }

@@ -90,6 +90,9 @@ struct GenerateArguments {
     /// A YAML file with settings other than the defaults
     #[arg(long, value_name = "YAML")]
     settings: Option<PathBuf>,
+    /// The energy that a dent minimises: as rigid as possible, or Eq. 3 of the paper letter by letter [default: rigid]
+    #[arg(long, value_name = "ENERGY")]
+    energy: Option<Energy>,
     /// Make only part K of N, for merge
     #[arg(long, value_name = "K/N")]
     shard: Option<Shard>,
@@ -102,6 +105,12 @@ struct GenerateArguments {
 enum Units {
     M,
     Mm,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Energy {
+    Rigid,
+    Laplacian,
 }
 
 impl GenerateArguments {
@@ -119,6 +128,16 @@ impl GenerateArguments {
         let jobs = self
             .jobs
             .map_or_else(std::thread::available_parallelism, Ok);
+        let mut settings = match &self.settings {
+            Some(file) => Settings::read(file)?,
+            None => Settings::default(),
+        };
+        if let Some(energy) = self.energy {
+            settings.dent.energy = match energy {
+                Energy::Rigid => sim_deform::Energy::Rigid,
+                Energy::Laplacian => sim_deform::Energy::Laplacian,
+            };
+        }
         Ok(Order {
             sources: scans.chain(objects).collect(),
             out: self.out.clone(),
@@ -126,10 +145,7 @@ impl GenerateArguments {
             seed: self.seed,
             jobs: jobs.context("cannot tell the number of cores; give --jobs")?,
             shard: self.shard,
-            settings: match &self.settings {
-                Some(file) => Settings::read(file)?,
-                None => Settings::default(),
-            },
+            settings,
         })
     }
 }

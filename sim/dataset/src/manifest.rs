@@ -44,7 +44,7 @@ pub struct Row {
     pub printed_smooth_per_mm: Option<f64>,
     /// Their weighted sum.
     pub printed_loss: Option<f64>,
-    /// Energy of the deformation, mm^2 (paper Eq. 3).
+    /// Energy of the deformation (paper Eq. 3), mm^2; with `--energy laplacian` it has no one unit.
     pub energy_mm2: Option<f64>,
     /// Iterations of the deformation.
     pub iterations: Option<usize>,

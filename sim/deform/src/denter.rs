@@ -4,10 +4,11 @@ use mesh::Mesh;
 use nalgebra::Point3;
 
 use crate::Settings;
+use crate::deformer::{Deformer, Gripped};
 use crate::grasp::{Grasp, GraspError, Grasps, Lining};
 use crate::intersect::SelfIntersections;
 use crate::loss::{Loss, LossOfSource, LossWeightError};
-use arap::{Arap, ArapError, Grip, Stop};
+use arap::{ArapError, Stop};
 
 #[cfg(test)]
 mod tests;
@@ -20,7 +21,7 @@ pub struct Denter {
     source: Mesh,
     vertices_m: Vec<Point3<f64>>,
     grasps: Grasps,
-    arap: Arap,
+    deformer: Deformer,
     lining: Lining,
     intersections: SelfIntersections,
     loss: LossOfSource,
@@ -37,9 +38,10 @@ pub struct Dent {
     pub applied_m: f64,
     /// Loss of Eq. 5.
     pub loss: Loss,
-    /// Energy of Eq. 3, m², before an inner wall is laid behind the outer one.
+    /// Energy of Eq. 3, m², before an inner wall is laid behind the outer one. That of [`crate::Energy::Laplacian`] has no one unit:
+    /// it is of lengths in mm, over 10⁶.
     pub energy_m2: f64,
-    /// L-BFGS iterations of the deformation that made this mesh.
+    /// Iterations of the deformation that made this mesh.
     pub iterations: usize,
     /// Why the iterations ended.
     pub stop: Stop,
@@ -87,7 +89,7 @@ impl Denter {
         settings.loss.validate()?;
         let grasps = Grasps::new(&mesh, &settings.grasp)?;
         Ok(Self {
-            arap: Arap::new(&mesh, grasps.held(), settings.arap)?,
+            deformer: Deformer::new(&mesh, grasps.held(), settings.energy, settings.arap)?,
             lining: Lining::new(&mesh, &grasps, settings.grasp.wall_max_m),
             intersections: SelfIntersections::of(&Mesh {
                 vertices: in_millimetres(&mesh.vertices).collect(),
@@ -126,7 +128,7 @@ impl Denter {
         let mut press = Press {
             denter: self,
             grasp,
-            grip: self.arap.grip(&grasp.pressed())?,
+            grip: self.deformer.grip(&grasp.pressed())?,
             free: None,
             folded_m: None,
             tries: 0,
@@ -139,7 +141,7 @@ impl Denter {
 struct Press<'a> {
     denter: &'a Denter,
     grasp: &'a Grasp,
-    grip: Grip<'a>,
+    grip: Gripped<'a>,
     /// The last deformation without new self-intersections; shallower than `folded_m`.
     free: Option<Pressed>,
     /// The shallowest intensity so far that made the surface pass through itself.

@@ -1,5 +1,6 @@
 //! How a gripper dents an object: as-rigid-as-possible deformation of its mesh (paper Sec. IV).
 
+mod deformer;
 pub mod denter;
 mod flatten;
 pub mod grasp;
@@ -8,6 +9,7 @@ pub mod loss;
 mod settings;
 mod specimen;
 
+pub use deformer::Energy;
 pub use denter::{Dent, DentError, Denter};
 pub use flatten::Flattening;
 pub use settings::Settings;

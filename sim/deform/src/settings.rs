@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::deformer::Energy;
 use crate::grasp::GraspSettings;
 use crate::loss::LossWeights;
 use arap::ArapSettings;
@@ -10,7 +11,9 @@ use arap::ArapSettings;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// The deformation (paper Eq. 3).
+    /// The energy of a deformation (paper Eq. 3).
+    pub energy: Energy,
+    /// How smooth and exact it is.
     pub arap: ArapSettings,
     /// The gripper (Sec. IV-B).
     pub grasp: GraspSettings,

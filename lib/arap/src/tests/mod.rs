@@ -2,6 +2,7 @@
 
 mod laws;
 mod oracle;
+mod printed;
 mod refusals;
 mod solves;
 

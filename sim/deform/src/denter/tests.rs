@@ -160,3 +160,20 @@ fn what_cannot_be_meant_is_refused_by_value() {
         Settings::default()
     );
 }
+
+#[test]
+fn a_dent_of_the_printed_energy_is_another_one() {
+    let settings = Settings {
+        energy: crate::Energy::Laplacian,
+        ..Settings::default()
+    };
+    let printed = Denter::new(can(), &settings).unwrap();
+    let rigid = denter(can());
+    let grasp = grasp(&rigid, 2);
+    let dent = |denter: &Denter| denter.dent(&grasp, &[0.008]).unwrap().remove(0);
+    let (printed, rigid) = (dent(&printed), dent(&rigid));
+    let apart = printed.mesh.vertices.iter().zip(&rigid.mesh.vertices);
+    let farthest_m = apart.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
+    println!("{farthest_m} m apart");
+    assert!((0.0005..0.008).contains(&farthest_m));
+}
