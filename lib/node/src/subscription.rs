@@ -9,7 +9,6 @@ use crate::subscriber::Expect;
 use crate::tcpros::{read_block, read_header, set_options};
 use crate::xmlrpc::{self, Value};
 use std::collections::{HashMap, HashSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -135,21 +134,23 @@ impl Subscription {
         }
     }
 
-    /// Reads until the connection ends. `last` is a hash of the last message; a publisher that latches sends it again.
-    async fn read(&self, uri: &str, last: &mut Option<u64>) -> io::Result<()> {
+    /// Reads until the connection ends. A publisher that latches sends its last message again where one connects again; `last` is
+    /// that message.
+    async fn read(&self, uri: &str, last: &mut Option<Vec<u8>>) -> io::Result<()> {
         let (mut stream, fields) = self.dial(uri).await?;
         let publisher = fields.get("callerid").map_or(uri, String::as_str);
         let _connected = Connected::new(&self.connected);
-        let mut may_repeat = fields.get("latching").is_some_and(|value| value == "1");
+        let latches = fields.get("latching").is_some_and(|value| value == "1");
+        let mut may_repeat = latches;
         loop {
             let bytes = match read_block(&mut stream, MESSAGE_BYTES_MAX).await {
                 Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
                 bytes => bytes?,
             };
-            let mut hasher = DefaultHasher::new();
-            bytes.hash(&mut hasher);
-            let before = last.replace(hasher.finish());
-            let is_repeated = std::mem::take(&mut may_repeat) && before == *last;
+            let is_repeated = std::mem::take(&mut may_repeat) && last.as_ref() == Some(&bytes);
+            if latches {
+                last.get_or_insert_default().clone_from(&bytes);
+            }
             if !is_repeated {
                 self.inbox.put(publisher, bytes);
             }
