@@ -37,7 +37,7 @@ impl TimeOffset {
         let link = node.subscribe("registered", Expect::EVENTS, {
             let offset = offset.clone();
             move |cloud: RegisteredCloud| {
-                if cloud.complete && cloud.error.is_empty() {
+                if cloud.complete && cloud.error.is_empty() && cloud.doubt.is_empty() {
                     offset.note(&cloud);
                 }
             }
