@@ -1,11 +1,13 @@
 //! Says of each scan how the object is deformed, and of any cloud on request.
 
 mod display;
+mod pace;
 mod pairs;
 mod reply;
 
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 use deformation::{Library, Parameters};
 use msg::deformable_cobot::{
@@ -16,6 +18,7 @@ use msg::sensor_msgs::PointCloud2;
 use msg::visualization_msgs::MarkerArray;
 use nalgebra::Vector3;
 use node::{Expect, Health, Latch, Level, Node, Publisher, Subscriber};
+use pace::Pace;
 use pairs::Pairs;
 use reply::{Question, answer_into};
 
@@ -33,7 +36,7 @@ async fn serve(node: Node) -> anyhow::Result<()> {
         health: node.health().clone(),
         library: Arc::clone(&library),
         parameters,
-        pairs: Mutex::default(),
+        pairs: Mutex::new((Pairs::default(), Pace::new(Instant::now()))),
     });
     let health = node.health().clone();
     std::thread::spawn(move || check(&library, &health));
@@ -86,7 +89,7 @@ struct Desk {
     health: Health,
     library: Arc<Library>,
     parameters: Parameters,
-    pairs: Mutex<Pairs>,
+    pairs: Mutex<(Pairs, Pace)>,
 }
 
 impl Desk {
@@ -110,11 +113,17 @@ impl Desk {
 
     fn take(&self, note: impl FnOnce(&mut Pairs) -> Option<(ObjectCloud, Classification)>) {
         let mut pairs = self.pairs.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some((object, answer)) = note(&mut pairs) else {
+        let (pairs, pace) = &mut *pairs;
+        let Some((object, answer)) = note(pairs) else {
             return;
         };
+        let begun = Instant::now();
+        if !answer.complete && !pace.is_due(begun) {
+            return;
+        }
         // Answered while it is locked, so that answers leave in the order of the views.
         let reply = self.reply(&object, answer);
+        pace.note(begun.elapsed(), Instant::now());
         self.report(&reply);
         if !reply.cloud.data.is_empty() {
             self.clouds.send(reply.cloud.clone());

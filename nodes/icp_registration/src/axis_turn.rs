@@ -50,9 +50,11 @@ impl FirstView {
         let Some(surface) = model.searchable() else {
             return Ok(None);
         };
-        let normals = model.normals(&surface.points);
-        let normals = normals.map_err(RegistrationError::TooLarge)?;
-        Ok(Some(Self { surface, normals }))
+        let normals = model.normals().map_err(RegistrationError::TooLarge)?;
+        Ok(Some(Self {
+            surface: surface.clone(),
+            normals: normals.to_vec(),
+        }))
     }
 
     /// The turn of a view whose points lie where registration put them.

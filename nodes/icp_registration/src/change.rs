@@ -14,7 +14,7 @@ pub(crate) enum Sameness {
 }
 
 /// Compares a view with the views before: `found` in the pose that the search found, `start` in the one that kinematics and
-/// mount gave.
+/// mount gave, which is asked for only where the gripper is not where it was.
 ///
 /// The gripper is the same in all views, so that it tells a pose that is wrong (it is contradicted, too) from an object that
 /// has changed (only the object is contradicted), and from one that has moved in the fingers (the pose that fits the object
@@ -24,24 +24,28 @@ pub(crate) enum Sameness {
 /// The object is gone, is another, moved in the fingers, or was put in meanwhile.
 pub(crate) fn same_object(
     found: &Comparison,
-    start: &Comparison,
+    start: impl FnOnce() -> Result<Comparison, RegistrationError>,
     correction_m: f64,
     limits: &Parameters,
 ) -> Result<Sameness, RegistrationError> {
     let differs = |comparison: &Comparison| comparison.object.largest() > limits.max_change;
     let fits_gripper =
         |comparison: &Comparison| comparison.gripper.largest() <= limits.max_gripper_change;
-    let pose = match (fits_gripper(found), fits_gripper(start)) {
-        (true, _) => found,
-        (false, true) if !differs(found) && differs(start) => {
-            let moved_m = correction_m;
-            return Err(RegistrationError::Slipped { moved_m });
+    let pose = if fits_gripper(found) {
+        *found
+    } else {
+        let start = start()?;
+        match (fits_gripper(&start), differs(found)) {
+            (true, false) if differs(&start) => {
+                let moved_m = correction_m;
+                return Err(RegistrationError::Slipped { moved_m });
+            }
+            (true, _) => start,
+            (false, true) => return Ok(Sameness::Misplaced),
+            (false, false) => return Ok(Sameness::Same),
         }
-        (false, true) => start,
-        (false, false) if differs(found) => return Ok(Sameness::Misplaced),
-        (false, false) => return Ok(Sameness::Same),
     };
-    if !differs(pose) {
+    if !differs(&pose) {
         return Ok(Sameness::Same);
     }
     let [gone, new] = [pose.object.gone, pose.object.new];

@@ -1,5 +1,6 @@
 //! Registers the views of each scan as they come, and any views on request.
 
+mod progress;
 mod scan;
 
 use std::process::ExitCode;
@@ -10,7 +11,8 @@ use msg::deformable_cobot::{
     RegisterViews, RegisterViewsReq, RegisterViewsRes, RegisteredCloud, View,
 };
 use node::{Expect, Latch, Node};
-use scan::{Progress, Scan};
+use progress::Progress;
+use scan::Scan;
 
 fn main() -> ExitCode {
     node::run("icp_registration", serve)
@@ -30,11 +32,16 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             let Some(message) = progress.on_view(view) else {
                 return;
             };
-            match &message.error[..] {
-                "" => clouds.send(message.cloud.clone()),
-                error => log::error!("scan {}: {error}", message.scan_id),
+            let cloud = message.error.is_empty().then(|| message.cloud.clone());
+            if !message.error.is_empty() {
+                log::error!("scan {}: {}", message.scan_id, message.error);
             }
+            // The later stages first, then those who look on.
             registered.send(message);
+            if let Some(cloud) = cloud {
+                clouds.send(cloud);
+            }
+            progress.prepare();
         }
     })?;
     node.clock().on_jump(move || lock(&progress).abandon());

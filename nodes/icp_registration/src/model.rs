@@ -1,5 +1,7 @@
 //! All views so far, thinned.
 
+use std::sync::OnceLock;
+
 use cloud::normals;
 use cloud::voxel::{Grid, VoxelError};
 use nalgebra::{Point3, Vector3};
@@ -11,7 +13,19 @@ use crate::rows::Rows;
 pub(crate) struct Model {
     grid: Grid,
     voxel_m: f32,
+    derived: Derived,
 }
+
+/// What follows from the grid: made when it is first asked for, and forgotten when the grid changes.
+#[derive(Debug, Clone, Default)]
+struct Derived {
+    points: OnceLock<Vec<Point3<f32>>>,
+    searchable: OnceLock<Option<Searchable>>,
+    normals: OnceLock<Normals>,
+}
+
+/// Unit normal of each of the model's points; `None` where the surface is not flat.
+type Normals = Result<Vec<Option<Vector3<f32>>>, VoxelError>;
 
 /// The model as it is while a view is laid onto it.
 #[derive(Debug, Clone)]
@@ -42,6 +56,7 @@ impl Model {
         Ok(Self {
             grid: Grid::new(voxel_m)?,
             voxel_m,
+            derived: Derived::default(),
         })
     }
 
@@ -50,25 +65,28 @@ impl Model {
     }
 
     pub(crate) fn extend(&mut self, points: &[Point3<f32>]) -> Result<(), VoxelError> {
+        self.derived = Derived::default();
         self.grid.extend(points)
     }
 
-    pub(crate) fn points(&self) -> Vec<Point3<f32>> {
-        self.grid
-            .means_without_noise(NEIGHBOUR_SHARE, SUPPORT_SHARE)
+    pub(crate) fn points(&self) -> &[Point3<f32>] {
+        self.derived.points.get_or_init(|| {
+            self.grid
+                .means_without_noise(NEIGHBOUR_SHARE, SUPPORT_SHARE)
+        })
     }
 
     /// `None` for an empty model.
-    pub(crate) fn searchable(&self) -> Option<Searchable> {
-        Searchable::new(self.points(), self.voxel_m)
+    pub(crate) fn searchable(&self) -> Option<&Searchable> {
+        let make = || Searchable::new(self.points().to_vec(), self.voxel_m);
+        self.derived.searchable.get_or_init(make).as_ref()
     }
 
     /// Unit normal of each of the model's points; `None` where the surface is not flat.
-    pub(crate) fn normals(
-        &self,
-        points: &[Point3<f32>],
-    ) -> Result<Vec<Option<Vector3<f32>>>, VoxelError> {
-        normals::of_patches(points, PATCH_VOXELS * self.voxel_m)
+    pub(crate) fn normals(&self) -> Result<&[Option<Vector3<f32>>], VoxelError> {
+        let make = || normals::of_patches(self.points(), PATCH_VOXELS * self.voxel_m);
+        let normals = self.derived.normals.get_or_init(make);
+        normals.as_deref().map_err(VoxelError::clone)
     }
 }
 

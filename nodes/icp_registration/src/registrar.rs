@@ -9,7 +9,7 @@ use crate::axis_turn::{AxisTurn, FirstView};
 use crate::change::{Sameness, same_object};
 use crate::check::{check_points, check_pose};
 use crate::coverage::Coverage;
-use crate::error::{RegisterError, RegistrationError};
+use crate::error::RegistrationError;
 use crate::evidence::ViewEvidence;
 use crate::judge::judge;
 use crate::model::Model;
@@ -17,7 +17,7 @@ use crate::mount::{Displacement, MountError};
 use crate::observability::Certainty;
 use crate::parameters::{InitialGuess, Parameters};
 use crate::trust::Count;
-use crate::visibility::Sights;
+use crate::visibility::{Sight, Sights};
 use crate::{correction, point_to_point};
 
 /// Registers the views of a scan one after the other.
@@ -93,15 +93,14 @@ impl Registrar {
         }
         let start = kinematic.map_or_else(Isometry3::identity, |pose| self.mount.start(&pose));
         let (mut evidence, certainty) = self.search(points, start)?;
-        if kinematic.is_some() {
-            self.see(points, &start, &mut evidence)?;
-        }
+        let seen = kinematic.map(|_| self.see(points, &start, &mut evidence));
+        let sight = seen.transpose()?;
         self.count.add(&evidence);
         if !evidence.accepted {
             evidence.transform = start;
             return Ok(evidence);
         }
-        self.fuse(points, &evidence.transform)?;
+        self.fuse(points, &evidence.transform, sight)?;
         if let (Some(pose), Some(certainty)) = (kinematic, certainty) {
             self.mount.learn(&pose, &evidence.transform, certainty);
         }
@@ -116,7 +115,8 @@ impl Registrar {
     ) -> Result<ViewEvidence, RegistrationError> {
         self.in_hand_frame = kinematic.is_some();
         let start = kinematic.unwrap_or_else(Isometry3::identity);
-        self.fuse(points, &start)?;
+        let sight = kinematic.map(|_| self.sights.sight(points, &start));
+        self.fuse(points, &start, sight.transpose()?)?;
         if let Some(pose) = kinematic {
             self.first = FirstView::of(&self.model)?;
             self.mount.begin(&pose);
@@ -137,13 +137,11 @@ impl Registrar {
             return Ok(unmatched());
         };
         let alignment: Option<Alignment> = if self.in_hand_frame {
-            let normals = self
-                .model
-                .normals(&model.points)
-                .map_err(RegistrationError::TooLarge)?;
-            correction::correct(&sample, &model, &normals, &self.parameters)
+            let normals = self.model.normals();
+            let normals = normals.map_err(RegistrationError::TooLarge)?;
+            correction::correct(&sample, model, normals, &self.parameters)
         } else {
-            point_to_point::align(&sample, &model, &self.parameters)
+            point_to_point::align(&sample, model, &self.parameters)
         };
         let is_kinematic = self.in_hand_frame;
         Ok(alignment.map_or_else(unmatched, |found| {
@@ -152,21 +150,22 @@ impl Registrar {
         }))
     }
 
-    /// Compares what the view sees with what the views before saw.
+    /// Compares what the view sees with what the views before saw. Gives what it sees from where the search put it.
     fn see(
         &self,
         points: &[Point3<f32>],
         start: &Isometry3<f64>,
         evidence: &mut ViewEvidence,
-    ) -> Result<(), RegistrationError> {
-        let compare = |pose| Ok(self.sights.compare(&self.sights.sight(points, pose)?));
-        let (found, start) = (compare(&evidence.transform)?, compare(start)?);
+    ) -> Result<Sight, RegistrationError> {
+        let sight = self.sights.sight(points, &evidence.transform)?;
+        let found = self.sights.compare(&sight);
+        let from_start = || Ok(self.sights.compare(&self.sights.sight(points, start)?));
         evidence.comparison = found;
-        match same_object(&found, &start, evidence.correction_m, &self.parameters)? {
+        match same_object(&found, from_start, evidence.correction_m, &self.parameters)? {
             Sameness::Misplaced if evidence.accepted => evidence.refuse(MISPLACED),
             Sameness::Misplaced | Sameness::Same => {}
         }
-        Ok(())
+        Ok(sight)
     }
 
     /// The view's points that are matched, where the start pose puts them.
@@ -186,18 +185,18 @@ impl Registrar {
         Ok(thinned.into_iter().step_by(step).collect())
     }
 
-    /// Adds the points to the model, and what they show to what was seen.
+    /// Adds the points to the model, and what they show to what was seen; without a sight the common frame is a camera's.
     fn fuse(
         &mut self,
         points: &[Point3<f32>],
         transform: &Isometry3<f64>,
+        sight: Option<Sight>,
     ) -> Result<(), RegistrationError> {
-        let sight = self.sights.sight(points, transform)?;
         let mut placed = transformed(transform, points);
         self.model
             .extend(&placed)
             .map_err(RegistrationError::TooLarge)?;
-        if self.in_hand_frame {
+        if let Some(sight) = sight {
             self.sights.push(sight);
             let region = self.parameters.region();
             placed.retain(|point| region.holds(point));
@@ -241,7 +240,16 @@ impl Registrar {
 
     /// All accepted views in the common frame, one point a voxel, m.
     pub fn cloud(&self) -> Vec<Point3<f32>> {
-        self.model.points()
+        self.model.points().to_vec()
+    }
+
+    /// Does now what the next view would otherwise wait for. Nothing else changes.
+    pub fn prepare(&self) {
+        self.model.searchable();
+        if self.in_hand_frame {
+            // The next view reports it where it fails.
+            let _ = self.model.normals();
+        }
     }
 
     /// Over what angle about the hand's axis the accepted views together have seen the surface of what it holds, rad; 0
@@ -271,27 +279,4 @@ impl Registrar {
         let displaced = || limits.displaced(&self.displacement()?);
         self.count.doubt(limits).or_else(displaced)
     }
-}
-
-/// Registers all views of a scene at once.
-///
-/// Returns the registrar, which has the common cloud, and the evidence of each view.
-///
-/// # Errors
-/// A parameter out of its range, or the index of the view that cannot be registered, and why.
-pub fn register<'a>(
-    parameters: Parameters,
-    views: impl IntoIterator<Item = (&'a [Point3<f32>], Option<Isometry3<f64>>)>,
-) -> Result<(Registrar, Vec<ViewEvidence>), RegisterError> {
-    let mut registrar = Registrar::new(parameters)?;
-    let evidence = views
-        .into_iter()
-        .enumerate()
-        .map(|(index, (points, pose))| {
-            registrar
-                .add_view(points, pose)
-                .map_err(|source| RegisterError::View { index, source })
-        })
-        .collect::<Result<_, _>>()?;
-    Ok((registrar, evidence))
 }

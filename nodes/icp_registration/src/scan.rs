@@ -7,19 +7,32 @@ use icp_registration::{AxisTurn, Parameters, Registrar, TimeOffsets, ViewEvidenc
 use msg::deformable_cobot::{RegisteredCloud, StageTime, View, ViewRegistration};
 use msg::std_msgs::Header;
 use msg::{Duration, timing};
+use nalgebra::{Isometry3, Point3};
 use parameter::ParameterError;
 
 /// The views of one scan so far.
 pub struct Scan {
     registrar: Registrar,
     offsets: TimeOffsets,
-    scan_id: String,
-    count: u32,
+    /// Of the views' messages.
+    pub(crate) scan_id: String,
+    /// Views that the scan will have.
+    pub(crate) count: u32,
     error: String,
     /// Stamp of the latest view, frame of the registered cloud.
     header: Header,
     views: Vec<ViewRegistration>,
     timing: Vec<StageTime>,
+    /// The latest view, until it is known what it tells of the clocks: no answer waits for that.
+    untold: Option<Placed>,
+}
+
+/// A view that was registered.
+struct Placed {
+    points: Vec<Point3<f32>>,
+    wrist_rate: f64,
+    kinematic: Isometry3<f64>,
+    pose: Isometry3<f64>,
 }
 
 impl Scan {
@@ -41,6 +54,7 @@ impl Scan {
             header: Header::default(),
             views: Vec::new(),
             timing: Vec::new(),
+            untold: None,
         })
     }
 
@@ -49,6 +63,7 @@ impl Scan {
         if !self.error.is_empty() {
             return;
         }
+        self.compare_clocks();
         self.header.stamp = view.header.stamp;
         for stage in &view.timing {
             self.spend(stage.clone());
@@ -82,16 +97,13 @@ impl Scan {
             );
         }
         let evidence = self.registrar.add_view(&decoded.points, hand_from_camera)?;
-        if let Some(kinematic) = &hand_from_camera
-            && evidence.accepted
-        {
-            let pose = &evidence.transform;
-            let turn = match view.wrist_rate {
-                0.0 => AxisTurn::default(),
-                _ => self.registrar.axis_turn(&decoded.points, pose)?,
-            };
-            self.offsets.note(view.wrist_rate, kinematic, pose, turn);
-        }
+        let kinematic = hand_from_camera.filter(|_| evidence.accepted);
+        self.untold = kinematic.map(|kinematic| Placed {
+            points: decoded.points,
+            wrist_rate: view.wrist_rate,
+            kinematic,
+            pose: evidence.transform,
+        });
         if !evidence.accepted {
             log::warn!(
                 "scan {}: view {} refused: {}",
@@ -116,6 +128,31 @@ impl Scan {
         Ok(())
     }
 
+    /// Does what the answer to the latest view did not need, but the next view will, or the scan's end.
+    pub fn prepare(&mut self) {
+        self.compare_clocks();
+        if !self.is_complete() {
+            self.registrar.prepare();
+        }
+    }
+
+    fn compare_clocks(&mut self) {
+        let Some(view) = self.untold.take() else {
+            return;
+        };
+        let turn = match view.wrist_rate {
+            0.0 => Ok(AxisTurn::default()),
+            _ => self.registrar.axis_turn(&view.points, &view.pose),
+        };
+        match turn {
+            Ok(turn) => {
+                self.offsets
+                    .note(view.wrist_rate, &view.kinematic, &view.pose, turn);
+            }
+            Err(error) => log::warn!("scan {}: {error}", self.scan_id),
+        }
+    }
+
     /// Ends the scan, for a reason of this stage.
     pub fn fail(&mut self, error: &str) {
         self.error = format!("icp_registration: {error}");
@@ -137,8 +174,11 @@ impl Scan {
         !self.error.is_empty() || self.views.len() >= self.count as usize
     }
 
-    /// The cloud so far, or why there is none.
-    pub fn message(&self) -> RegisteredCloud {
+    /// The cloud so far, or why there is none. What views tell of the clocks is in it from the view before on, and at the end of all.
+    pub fn message(&mut self) -> RegisteredCloud {
+        if self.is_complete() {
+            self.compare_clocks();
+        }
         let points = if self.error.is_empty() {
             self.registrar.cloud()
         } else {
@@ -202,97 +242,3 @@ fn describe(index: u32, wrist_angle: f64, evidence: ViewEvidence) -> ViewRegistr
         object_new: evidence.comparison.object.new,
     }
 }
-
-/// The scan that is under way on the topic of views.
-pub struct Progress {
-    parameters: Parameters,
-    current: Option<Current>,
-}
-
-struct Current {
-    scan: Scan,
-    /// Index of the view that comes next; none comes any more once the scan ended, well or not.
-    next: Option<u32>,
-    /// Set while all that came of a scan is one view from its middle: perhaps the latched last word of a scan that
-    /// ended before this node was started.
-    first_seen: Option<u32>,
-}
-
-impl Progress {
-    /// Before the first scan.
-    pub fn new(parameters: Parameters) -> Self {
-        Self {
-            parameters,
-            current: None,
-        }
-    }
-
-    /// Registers by these from the next scan on.
-    pub fn set_parameters(&mut self, parameters: &Parameters) {
-        self.parameters.clone_from(parameters);
-    }
-
-    /// Forgets the scan under way, and takes no more views of it.
-    pub fn abandon(&mut self) {
-        if let Some(current) = &mut self.current {
-            current.next = None;
-            current.first_seen = None;
-        }
-    }
-
-    /// What there is to publish after a view; nothing for one that came before.
-    pub fn on_view(&mut self, view: View) -> Option<RegisteredCloud> {
-        let is_new = self
-            .current
-            .as_ref()
-            .is_none_or(|current| current.scan.scan_id != view.scan_id);
-        if is_new {
-            let scan = Scan::new(self.parameters.clone(), view.scan_id.clone(), view.count);
-            // They were checked at the start.
-            let scan = scan.inspect_err(|error| log::error!("{error}")).ok()?;
-            let from_the_middle = view.index > 0 && view.kind != View::FAILED;
-            let first_seen = from_the_middle.then_some(view.index);
-            self.current = Some(Current {
-                scan,
-                next: Some(0),
-                first_seen,
-            });
-            if from_the_middle {
-                log::warn!(
-                    "scan {}: its beginning was missed; waiting for another scan",
-                    view.scan_id
-                );
-                return None;
-            }
-        }
-        self.current.as_mut()?.on_view(&view)
-    }
-}
-
-impl Current {
-    fn on_view(&mut self, view: &View) -> Option<RegisteredCloud> {
-        let next = self.next?;
-        if view.kind == View::FAILED {
-            self.scan.pass_on(view);
-        } else if view.index < next || self.first_seen == Some(view.index) {
-            return None;
-        } else if view.index > next {
-            let missing = next + 1;
-            self.scan.fail(&format!(
-                "view {missing} of {} never came; was this node started late?",
-                view.count
-            ));
-        } else if view.kind == View::END {
-            self.scan.close();
-        } else {
-            // A sweep knows only at its last view how many there were.
-            self.scan.count = view.count;
-            self.scan.add(view);
-        }
-        self.next = (!self.scan.is_complete()).then_some(next + 1);
-        Some(self.scan.message())
-    }
-}
-
-#[cfg(test)]
-mod tests;

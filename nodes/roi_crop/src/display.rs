@@ -39,7 +39,9 @@ impl Display {
             self.region.send(cylinder(frame, cropper.bounds()));
         }
         let points = |cloud| Some(msg::cloud::to_points(cloud).ok()?.points);
-        if let (Some(all), Some(kept)) = (registered.and_then(points), points(&object.cloud)) {
+        if let Some(all) = registered.and_then(points)
+            && let Some(kept) = points(&object.cloud)
+        {
             let removed = without(&all, &kept);
             self.removed
                 .send(msg::cloud::from_points(object.header.clone(), &removed));

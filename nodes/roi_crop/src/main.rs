@@ -49,12 +49,15 @@ async fn serve(node: Node) -> anyhow::Result<()> {
             let seen = since_epoch(registered.header.stamp);
             let opening_m = fingers.openings().at_m(seen);
             let object = cut_out(&cropper, registered, opening_m);
-            display.show(&cropper, shown.as_ref(), &object);
-            match &object.error[..] {
-                "" => clouds.send(object.cloud.clone()),
-                error => log::error!("scan {}: {error}", object.scan_id),
+            if !object.error.is_empty() {
+                log::error!("scan {}: {}", object.scan_id, object.error);
             }
-            objects.send(object);
+            // The later stages first, then those who look on.
+            objects.send(object.clone());
+            if object.error.is_empty() {
+                display.show(&cropper, shown.as_ref(), &object);
+                clouds.send(object.cloud);
+            }
         }
     })?;
     let _service = node.serve::<CropCloud>("crop_cloud", move |request, _| {

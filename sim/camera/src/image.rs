@@ -32,10 +32,11 @@ impl DepthImage {
 
     /// The pixels as little-endian bytes, rows without padding.
     pub fn to_le_bytes(&self) -> Vec<u8> {
-        self.depth_mm
-            .iter()
-            .flat_map(|depth| depth.to_le_bytes())
-            .collect()
+        let mut bytes = vec![0; 2 * self.depth_mm.len()];
+        for (two, depth) in bytes.chunks_exact_mut(2).zip(&self.depth_mm) {
+            two.copy_from_slice(&depth.to_le_bytes());
+        }
+        bytes
     }
 }
 

@@ -1,6 +1,8 @@
 #![allow(clippy::unwrap_used)]
 
 use msg::sensor_msgs::PointCloud2;
+use msg::std_msgs::Header;
+use msg::timing;
 use nalgebra::{Isometry3, Point3, Translation3};
 
 use super::*;
