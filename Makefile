@@ -88,6 +88,7 @@ FIGURES := --figures docs/figures.json --summary README.md
 figures:
 	cargo build --release --workspace --bin evaluate --bin generate_dataset
 	mkdir -p target/figures
+	rm --recursive --force $(DENTED)
 	$(if $(SCANS_OF_OBJECTS),target/release/generate_dataset $(SCANS_OF_OBJECTS:%=--scan %) --out $(DENTED) --count 36 --seed 8101)
 	target/release/evaluate --specimens $(SPECIMENS) --seeds $(SEEDS) --seed 8101 $(if $(SCANS_OF_OBJECTS),--dataset $(DENTED)) $(FIGURES)
 	target/release/evaluate --shift --specimens $(SHIFTED) --seed 8201 $(FIGURES)
