@@ -169,7 +169,9 @@ fn network(settings: &Settings, classes: usize) -> Result<Network> {
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
     Ok(match settings.network {
         NetworkKind::Robot => Network::robot(settings.architecture, classes, &mut random)?,
-        NetworkKind::Paper => Network::paper(settings.paper, classes, &mut random)?,
+        NetworkKind::Paper => {
+            Network::paper(settings.paper, settings.point_count, classes, &mut random)?
+        }
     })
 }
 

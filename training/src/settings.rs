@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::data::mesh_clouds::MeshSampling;
 use crate::network::start::Start;
-use crate::network::{Architecture, NetworkKind, PaperArchitecture};
+use crate::network::{Architecture, Head, NetworkKind, PaperArchitecture};
 use crate::training::trainer::TrainingParameters;
 use sim_scan::ScanParameters;
 
@@ -118,6 +118,10 @@ impl Settings {
             let allowed = "false for the robot's network; give --network paper";
             return Err(ParameterError::new("normals", true, allowed).into());
         }
+        if self.paper.head == Head::Flatten && self.network == NetworkKind::Robot {
+            let allowed = "pool for the robot's network; give --network paper";
+            return Err(ParameterError::new("head", "flatten", allowed).into());
+        }
         Ok(self.scans.registration.validate()?)
     }
 
@@ -219,6 +223,8 @@ mod tests {
         assert!(refusal(|settings| settings.training.learning_rate = f64::NAN).contains("NaN"));
         let message = refusal(|settings| settings.paper.normals = true);
         assert!(message.contains("give --network paper"), "{message}");
+        let message = refusal(|settings| settings.paper.head = Head::Flatten);
+        assert!(message.contains("head is flatten"), "{message}");
     }
 
     #[test]

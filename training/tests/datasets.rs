@@ -17,6 +17,7 @@ use sim_dataset::generate::generate;
 use sim_dataset::object::Source;
 use sim_objects::{ObjectClass, Stranger};
 use training::data::{LabelledClouds, Split};
+use training::network::Head;
 use training::network::backend::Backend;
 use training::progress::Stage;
 use training::run::{Order, run};
@@ -71,11 +72,16 @@ fn order(folder: &Path, datasets: &[&Path]) -> Order {
 }
 
 #[test]
-fn the_papers_network_learns_to_tell_two_objects_apart_with_and_without_normals() {
-    for normals in [false, true] {
+fn the_papers_network_learns_to_tell_two_objects_apart_with_and_without_normals_and_flattened() {
+    for (normals, head) in [
+        (false, Head::Pool),
+        (true, Head::Pool),
+        (false, Head::Flatten),
+    ] {
         let folder = tempfile::tempdir().unwrap();
         let mut order = order(folder.path(), &[dataset()]);
         order.settings.paper.normals = normals;
+        order.settings.paper.head = head;
         let results = run(&order, |_| ()).unwrap();
         let test = results.test.unwrap();
         assert_eq!(test.confusion.labels, ["large-cup", "medium-ball"]);

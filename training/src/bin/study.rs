@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser;
 use indicatif::ProgressBar;
+use training::network::Head;
 use training::network::backend::Backend;
 use training::progress;
 use training::settings::Settings;
@@ -33,6 +34,9 @@ struct Arguments {
     /// N, numbers of points
     #[arg(long, value_delimiter = ',', default_values_t = [25, 38, 50, 62, 100, 256, 512])]
     points: Vec<usize>,
+    /// What the dense layer sees: the largest of each feature, or the features of all points; give each an output of its own
+    #[arg(long, value_enum, default_value_t = Head::Pool)]
+    head: Head,
     /// Most epochs
     #[arg(long)]
     epochs: Option<usize>,
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
 fn run(arguments: Arguments) -> Result<()> {
     let mut settings = Settings::of_paper();
     settings.training.epochs = arguments.epochs.unwrap_or(settings.training.epochs);
+    settings.paper.head = arguments.head;
     settings.seed = arguments.seed.unwrap_or(settings.seed);
     let order = StudyOrder {
         settings,

@@ -7,9 +7,9 @@ use anyhow::Result;
 use clap::Parser;
 use classifier::Centring;
 use indicatif::ProgressBar;
-use training::network::NetworkKind;
 use training::network::backend::Backend;
 use training::network::start::Start;
+use training::network::{Head, NetworkKind};
 use training::progress;
 use training::run::{self, Order};
 use training::settings::Settings;
@@ -44,6 +44,10 @@ struct Arguments {
     /// Give the paper's network the points' normals, too
     #[arg(long, requires = "datasets")]
     normals: bool,
+    /// Let the dense layer of the paper's network see the largest of each feature, or, as the paper says, the features of all
+    /// points
+    #[arg(long, value_enum, default_value_t = Head::Pool)]
+    head: Head,
     /// Make the clouds again, though this very program made some with these settings, and forget an interrupted run
     #[arg(long)]
     fresh: bool,
@@ -123,6 +127,7 @@ impl Arguments {
             settings.set_features(features);
         }
         settings.paper.normals = self.normals;
+        settings.paper.head = self.head;
         settings.only_datasets = self.only_datasets;
         set(&mut settings.training.epochs, self.epochs);
         set(&mut settings.training.patience, self.patience);

@@ -17,7 +17,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 pub use linear::Linear;
-pub use paper::{PaperArchitecture, PaperNetwork};
+pub use paper::{Head, PaperArchitecture, PaperNetwork};
 pub use robot::{
     Architecture, NETWORK_VERSION, POINT_INPUTS, PRODUCT_SCALE, RobotNetwork, SQUARE_MIN,
     WAVELENGTHS, wave_numbers,
@@ -55,16 +55,17 @@ impl Network {
         RobotNetwork::new(architecture, classes, random).map(Self::Robot)
     }
 
-    /// The paper's network with random weights; the same `random` gives the same weights.
+    /// The paper's network for clouds of N points, with random weights; the same `random` gives the same weights.
     ///
     /// # Errors
     /// Candle fails.
     pub fn paper(
         architecture: PaperArchitecture,
+        point_count: usize,
         classes: usize,
         random: &mut Pcg64Mcg,
     ) -> Result<Self> {
-        PaperNetwork::new(architecture, classes, random).map(Self::Paper)
+        PaperNetwork::new(architecture, point_count, classes, random).map(Self::Paper)
     }
 
     /// The same network on a device.

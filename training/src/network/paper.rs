@@ -1,8 +1,8 @@
 //! The paper's network (Sec. V, Fig. 6): a spatial transformer turns the points into a frame that it predicts, two layers
 //! shared by all points compute F features, and one dense layer classifies.
 //!
-//! The features are pooled over the points (the largest of each) before the dense layer: the order of the points then
-//! does not matter, and the number of weights does not depend on N (Fig. 8b).
+//! Before the dense layer the features are pooled over the points (the largest of each): the order of the points then
+//! does not matter, and the number of weights does not depend on N (Fig. 8b). Or they are flattened, as the text says.
 
 use candle_core::{Device, Result, Tensor};
 use rand_pcg::Pcg64Mcg;
@@ -23,6 +23,26 @@ pub struct PaperArchitecture {
     pub features: usize,
     /// Whether points come with normals (N×6 instead of N×3).
     pub normals: bool,
+    /// What the dense layer sees.
+    #[serde(skip_serializing_if = "Head::is_pool")]
+    pub head: Head,
+}
+
+/// What the dense layer of the paper's network sees of the points' features.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Head {
+    /// The largest of each feature: F values.
+    #[default]
+    Pool,
+    /// All features of all points, one point after the other: N × F values.
+    Flatten,
+}
+
+impl Head {
+    fn is_pool(&self) -> bool {
+        *self == Self::Pool
+    }
 }
 
 impl Default for PaperArchitecture {
@@ -30,6 +50,7 @@ impl Default for PaperArchitecture {
         Self {
             features: 80,
             normals: false,
+            head: Head::Pool,
         }
     }
 }
@@ -57,10 +78,15 @@ pub struct PaperNetwork {
 impl PaperNetwork {
     pub(super) fn new(
         architecture: PaperArchitecture,
+        point_count: usize,
         classes: usize,
         random: &mut Pcg64Mcg,
     ) -> Result<Self> {
         let (columns, features) = (architecture.columns(), architecture.features);
+        let seen = match architecture.head {
+            Head::Pool => features,
+            Head::Flatten => point_count * features,
+        };
         let mut shared = |names: [&'static str; 2]| -> Result<[Linear; 2]> {
             Ok([
                 Linear::new(names[0], columns, features, random)?,
@@ -78,7 +104,7 @@ impl PaperNetwork {
                 &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
             )?,
             points: shared(["point_1", "point_2"])?,
-            head: Linear::new("head", features, classes, random)?,
+            head: Linear::new("head", seen, classes, random)?,
         })
     }
 
@@ -93,8 +119,17 @@ impl PaperNetwork {
             true => Tensor::cat(&[placed, clouds.narrow(2, 3, 3)?], 2)?,
             false => placed,
         };
-        let summary = pooled_features(&self.points, &placed)?;
-        self.head.forward(&summary)
+        let seen = match self.architecture.head {
+            Head::Pool => pooled_features(&self.points, &placed)?,
+            Head::Flatten => {
+                let [first, second] = &self.points;
+                let (_, count, columns) = placed.dims3()?;
+                let points = placed.reshape((batch * count, columns))?;
+                let features = second.forward_relu(&first.forward_relu(&points)?)?;
+                features.reshape((batch, ()))?
+            }
+        };
+        self.head.forward(&seen)
     }
 
     pub(super) fn on(&self, device: &Device) -> Result<Self> {

@@ -6,7 +6,7 @@ use classifier::{Centring, ModelMetadata};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use training::data::simulate::preprocessing;
-use training::network::{Architecture, Network, PaperArchitecture};
+use training::network::{Architecture, Head, Network, PaperArchitecture};
 
 pub const SEED: u64 = 20;
 pub const CLOUDS: usize = 1000;
@@ -15,7 +15,7 @@ pub const INVERSE_TEMPERATURE: f64 = 0.7;
 /// A network with what its model file says about it, and a name.
 pub type Example = (&'static str, Network, ModelMetadata);
 
-/// The robot's network, and the paper's without and with normals.
+/// The robot's network, and the paper's without and with normals, and with flattened features.
 pub fn examples() -> anyhow::Result<Vec<Example>> {
     let mut random = Pcg64Mcg::seed_from_u64(SEED);
     let mut metadata = preprocessing(128, Centring::Box);
@@ -23,12 +23,24 @@ pub fn examples() -> anyhow::Result<Vec<Example>> {
     let network = Network::robot(Architecture::default(), classes, &mut random)?;
     let mut examples = vec![("robot", network, metadata.clone())];
     metadata.point_count = 62;
-    for (name, normals) in [("paper", false), ("paper-normals", true)] {
-        let architecture = PaperArchitecture {
-            normals,
-            ..PaperArchitecture::default()
-        };
-        let network = Network::paper(architecture, classes, &mut random)?;
+    let paper = PaperArchitecture::default();
+    let with_normals = PaperArchitecture {
+        normals: true,
+        ..paper
+    };
+    let flattened = PaperArchitecture {
+        features: 32,
+        head: Head::Flatten,
+        ..paper
+    };
+    for (name, architecture) in [
+        ("paper", paper),
+        ("paper-normals", with_normals),
+        ("paper-flatten", flattened),
+    ] {
+        let normals = architecture.normals;
+        let points = metadata.point_count;
+        let network = Network::paper(architecture, points, classes, &mut random)?;
         let metadata = ModelMetadata {
             normals,
             ..metadata.clone()

@@ -3,7 +3,7 @@
 use onnx_file::Attribute;
 
 use super::Graph;
-use crate::network::{Linear, PaperNetwork};
+use crate::network::{Head, Linear, PaperNetwork};
 
 impl Graph {
     /// The paper's network, up to its logits.
@@ -15,8 +15,16 @@ impl Graph {
         let turn = self.reshape(&turn, &[-1, 3, 3]);
         self.0.node("MatMul", &[coordinates, &turn], "turned", &[]);
         let placed = if normals { self.join() } else { "turned" };
-        let summary = self.largest_features(&network.points, placed);
-        self.layer(&network.head, &summary)
+        let seen = match network.architecture.head {
+            Head::Pool => self.largest_features(&network.points, placed),
+            Head::Flatten => {
+                let features = self.relu_layer(&network.points[0], placed);
+                let features = self.relu_layer(&network.points[1], &features);
+                let count = network.head.weight.dims()[0] as i64;
+                self.reshape(&features, &[-1, count])
+            }
+        };
+        self.layer(&network.head, &seen)
     }
 
     /// Coordinates and normals of the clouds.
