@@ -1,5 +1,7 @@
 //! A grid of cubes, each holding the mean of the points inside it.
 
+mod noise;
+
 use nalgebra::{Point3, Vector3};
 
 /// Why a point could not be put into a grid.
@@ -39,6 +41,8 @@ pub struct Grid {
     cells: Vec<Cell>,
     /// Open addressing: index into `cells`, or [`VACANT`]. The length is a power of two, at most half of it in use.
     slots: Vec<u32>,
+    /// For the first of `cells`: the cubes at their faces, as indices into `cells`, or [`VACANT`].
+    beside: Vec<[u32; FACES]>,
 }
 
 #[derive(Debug, Clone)]
@@ -54,30 +58,10 @@ impl Cell {
     }
 }
 
-/// What the six cubes at a cube's faces hold.
-struct Around {
-    /// Points of all six and of the cube itself.
-    sum: u32,
-    /// Points of the fullest of the six.
-    most: u32,
-}
-
+const FACES: usize = 6;
 const VACANT: u32 = u32::MAX;
 const BITS: u32 = 21;
 const HALF_RANGE: f32 = (1 << (BITS - 1)) as f32;
-
-/// From a cube's key to those of the cubes at its faces.
-const NEIGHBOURS: [u64; 6] = {
-    let (x, y, z) = (1_u64 << (2 * BITS), 1_u64 << BITS, 1_u64);
-    [
-        x,
-        y,
-        z,
-        x.wrapping_neg(),
-        y.wrapping_neg(),
-        z.wrapping_neg(),
-    ]
-};
 
 impl Grid {
     /// An empty grid of cubes of side `size_m`, one of which has a corner at the origin.
@@ -92,6 +76,7 @@ impl Grid {
             size_m,
             cells: Vec::new(),
             slots: vec![VACANT; 64],
+            beside: Vec::new(),
         })
     }
 
@@ -100,15 +85,11 @@ impl Grid {
     /// # Errors
     /// [`VoxelError`] for a point that is not finite or too far from the origin.
     pub fn extend(&mut self, points: &[Point3<f32>]) -> Result<(), VoxelError> {
-        let key = |(index, point)| {
-            self.key(point)
-                .ok_or_else(|| self.out_of_range(index, point))
-        };
-        let keys = points
-            .iter()
-            .enumerate()
-            .map(key)
-            .collect::<Result<Vec<_>, _>>()?;
+        let mut keys = Vec::with_capacity(points.len());
+        for (index, point) in points.iter().enumerate() {
+            let key = self.key(point);
+            keys.push(key.ok_or_else(|| self.out_of_range(index, point))?);
+        }
         self.reserve(points.len());
         for (key, point) in keys.into_iter().zip(points) {
             let cell = self.find_or_insert(key);
@@ -122,52 +103,6 @@ impl Grid {
     /// The mean of each cube's points, in the order in which the cubes were first met.
     pub fn means(&self) -> impl ExactSizeIterator<Item = Point3<f32>> {
         self.cells.iter().map(Cell::mean)
-    }
-
-    /// The means of the voxels that are not noise, in the order of [`Grid::means`]. Two kinds of voxels are removed:
-    ///
-    /// - those with fewer points than `neighbour_share` times the points of one of their six face neighbours: the surface lies in
-    ///   that neighbour, and depth noise put some of its points here;
-    /// - those that together with their face neighbours hold fewer points than `support_share` times the median of this sum: outliers,
-    ///   such as flying pixels at depth edges.
-    ///
-    /// In a cloud of few views the counts are small, and nearly all voxels stay.
-    pub fn means_without_noise(
-        &self,
-        neighbour_share: f32,
-        support_share: f32,
-    ) -> Vec<Point3<f32>> {
-        let around: Vec<Around> = self.cells.iter().map(|cell| self.around(cell)).collect();
-        let mut sums: Vec<u32> = around.iter().map(|around| around.sum).collect();
-        let middle = sums.len() / 2;
-        let median = match sums.get(middle) {
-            Some(_) => *sums.select_nth_unstable(middle).1,
-            None => return vec![],
-        };
-        let is_surface = |cell: &Cell, around: &Around| {
-            cell.count as f32 >= neighbour_share * around.most as f32
-                && around.sum as f32 >= support_share * median as f32
-        };
-        let cells = self.cells.iter().zip(&around);
-        cells
-            .filter(|(cell, around)| is_surface(cell, around))
-            .map(|(cell, _)| cell.mean())
-            .collect()
-    }
-
-    fn around(&self, cell: &Cell) -> Around {
-        let none = Around {
-            sum: cell.count,
-            most: 0,
-        };
-        NEIGHBOURS.iter().fold(none, |around, step| {
-            let neighbour = self.find(cell.key.wrapping_add(*step));
-            let count = neighbour.map_or(0, |index| self.cells[index].count);
-            Around {
-                sum: around.sum + count,
-                most: around.most.max(count),
-            }
-        })
     }
 
     /// Index, in the order of [`Grid::means`], of the occupied cube around a position; `None` if its cube is empty.

@@ -13,13 +13,14 @@ use crate::rows::Rows;
 pub(crate) struct Model {
     grid: Grid,
     voxel_m: f32,
+    /// Of the grid, without noise.
+    points: Vec<Point3<f32>>,
     derived: Derived,
 }
 
-/// What follows from the grid: made when it is first asked for, and forgotten when the grid changes.
+/// What follows from the points: made when it is first asked for, and forgotten when they change.
 #[derive(Debug, Clone, Default)]
 struct Derived {
-    points: OnceLock<Vec<Point3<f32>>>,
     searchable: OnceLock<Option<Searchable>>,
     normals: OnceLock<Normals>,
 }
@@ -56,6 +57,7 @@ impl Model {
         Ok(Self {
             grid: Grid::new(voxel_m)?,
             voxel_m,
+            points: Vec::new(),
             derived: Derived::default(),
         })
     }
@@ -65,26 +67,27 @@ impl Model {
     }
 
     pub(crate) fn extend(&mut self, points: &[Point3<f32>]) -> Result<(), VoxelError> {
+        self.grid.extend(points)?;
+        self.points = self
+            .grid
+            .means_without_noise(NEIGHBOUR_SHARE, SUPPORT_SHARE);
         self.derived = Derived::default();
-        self.grid.extend(points)
+        Ok(())
     }
 
     pub(crate) fn points(&self) -> &[Point3<f32>] {
-        self.derived.points.get_or_init(|| {
-            self.grid
-                .means_without_noise(NEIGHBOUR_SHARE, SUPPORT_SHARE)
-        })
+        &self.points
     }
 
     /// `None` for an empty model.
     pub(crate) fn searchable(&self) -> Option<&Searchable> {
-        let make = || Searchable::new(self.points().to_vec(), self.voxel_m);
+        let make = || Searchable::new(self.points.clone(), self.voxel_m);
         self.derived.searchable.get_or_init(make).as_ref()
     }
 
     /// Unit normal of each of the model's points; `None` where the surface is not flat.
     pub(crate) fn normals(&self) -> Result<&[Option<Vector3<f32>>], VoxelError> {
-        let make = || normals::of_patches(self.points(), PATCH_VOXELS * self.voxel_m);
+        let make = || normals::of_patches(&self.points, PATCH_VOXELS * self.voxel_m);
         let normals = self.derived.normals.get_or_init(make);
         normals.as_deref().map_err(VoxelError::clone)
     }

@@ -245,9 +245,14 @@ impl DepthMap {
 
 /// Column and row from the middle of the image; `None` for what is not in front of the camera.
 fn cell(point: &Point3<f32>) -> Option<[i32; 2]> {
-    // Conversion saturates: what is far aside is outside of the image.
-    (point.z > 0.0)
-        .then(|| [point.x, point.y].map(|across| (across / point.z / CELL).floor() as i32))
+    (point.z > 0.0).then(|| [point.x, point.y].map(|across| floor(across / point.z / CELL)))
+}
+
+/// Rounds down, and saturates: what is far aside is outside of the image. The builds are for baseline x86-64, where `f32::floor` is
+/// a slower function call.
+fn floor(coordinate: f32) -> i32 {
+    let towards_zero = coordinate as i32;
+    towards_zero.saturating_sub(i32::from(coordinate < towards_zero as f32))
 }
 
 fn index(column: i32, row: i32) -> Option<usize> {
