@@ -36,6 +36,25 @@ impl SweepPlan {
     }
 }
 
+/// If the wrist is this near to the beginning of a range, rad, the range is moved to where the wrist is: a sweep of 0.2 rad may
+/// suffice for a sure answer, so that to turn back before that would double the time.
+const NEAR_RAD: f64 = 0.2;
+
+impl SweepPlan {
+    /// The same range, moved so that it begins where the wrist is, as far as the joint goes; `None` where that is too far away.
+    pub fn from_here(&self, parameters: &Parameters, wrist_rad: f64) -> Option<Self> {
+        let moved_rad = wrist_rad - self.from_rad;
+        let to_rad = (self.to_rad + moved_rad)
+            .max(parameters.angle_min_rad)
+            .min(parameters.angle_max_rad);
+        (moved_rad.abs() <= NEAR_RAD).then_some(Self {
+            from_rad: wrist_rad,
+            to_rad,
+            count: self.count,
+        })
+    }
+}
+
 /// Smallest range of a sweep, rad.
 const RANGE_MIN_RAD: f64 = 0.05;
 
@@ -129,6 +148,29 @@ mod tests {
                 "{error}"
             );
         }
+    }
+
+    #[test]
+    fn a_range_whose_beginning_is_near_begins_where_the_wrist_is() {
+        let parameters = Parameters {
+            centre_angle_rad: 1.25,
+            ..Default::default()
+        };
+        let moved = |range_rad, wrist_rad| {
+            let plan = plan_sweep(&parameters, range_rad, wrist_rad).unwrap();
+            let moved = plan.from_here(&parameters, wrist_rad);
+            moved.map(|plan| [plan.from_rad, plan.to_rad])
+        };
+        assert!(close(&moved(1.2, 0.8).unwrap(), &[0.8, 2.0]));
+        assert!(close(&moved(1.2, 0.5).unwrap(), &[0.5, 1.7]));
+        assert!(close(&moved(1.2, 1.7).unwrap(), &[1.7, 0.5]));
+        assert_eq!(
+            [0.4, 0.9, f64::NAN].map(|wrist_rad| moved(1.2, wrist_rad)),
+            [None; 3]
+        );
+        // No farther than the joint goes, also where the wrist was pushed beyond.
+        assert!(close(&moved(6.0, -2.9).unwrap(), &[-2.9, 3.0]));
+        assert!(close(&moved(6.0, 3.05).unwrap(), &[3.05, -2.95]));
     }
 
     #[test]

@@ -12,9 +12,6 @@ use view_capture::{Spacing, plan_sweep};
 use super::capture::Capture;
 use super::clouds::Listening;
 
-/// If the wrist is within this distance of the beginning of the range, the sweep begins where the wrist is, rad.
-const NEAR_RAD: f64 = 0.1;
-
 /// What somebody asks for.
 pub struct Order<'a> {
     /// How far to turn, rad.
@@ -49,8 +46,8 @@ impl Capture {
         };
         let mut spacing = Spacing::new(&plan);
         let taken = async {
-            if (wrist_rad - plan.from_rad).abs() <= NEAR_RAD {
-                plan.from_rad = wrist_rad;
+            if let Some(from_here) = plan.from_here(&parameters, wrist_rad) {
+                plan = from_here;
                 spacing = Spacing::new(&plan);
             } else if plan.is_within(wrist_rad) {
                 spacing = Spacing::from_within(&plan);
