@@ -171,7 +171,7 @@ impl Progress {
         let all_s: f64 = parts.iter().map(|part| part.usual_s()).sum();
         let on_terminal = std::io::stderr().is_terminal();
         let bar = ProgressBar::new((STEPS_PER_S * all_s) as u64);
-        if let Ok(style) = ProgressStyle::with_template("[{bar:30}] {percent:>3} % {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("[{bar:20}] {percent:>3} % {wide_msg}") {
             bar.set_style(style);
         }
         Self {
@@ -221,7 +221,8 @@ impl Progress {
         let what = Some(&state.detail[..]).filter(|detail| !detail.is_empty());
         let what = what.unwrap_or(part.words());
         self.bar.set_position((STEPS_PER_S * state.over_s()) as u64);
-        self.bar.set_message(format!("{what}, {}", left(left_s)));
+        // A narrow terminal cuts off the end.
+        self.bar.set_message(format!("{}: {what}", left(left_s)));
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
