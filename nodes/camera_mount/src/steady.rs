@@ -1,9 +1,9 @@
 //! Which views of a sweep a calibration uses.
 //!
 //! Joint states and images may be stamped by two clocks. While the wrist turns at a constant rate, a difference of the clocks
-//! turns all views of a sweep alike, about the wrist's axis: the views still agree with each other, and calibration, which
-//! compares views of one sweep, does not see it. Views at other rates, as on a ramp or on the way back, are turned by another
-//! angle, and would be taken for an error of the mount.
+//! turns all views of a sweep alike, about the wrist's axis, and the views agree with each other. Views at other rates, as on a ramp
+//! or on the way back, are turned by another angle. An error of the mount asks for no such turn, so that these views hardly move the
+//! mount that is found; but their surfaces lie on each other less well, and that is what a calibration is judged by.
 
 /// Least share of the usual rate that a view must have.
 const RATE_SHARE_MIN: f64 = 0.95;

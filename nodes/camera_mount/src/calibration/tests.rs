@@ -140,3 +140,57 @@ fn an_object_that_slips_is_noticed() {
         "{refused}"
     );
 }
+
+/// Turn of the wrist (rad) and its rate (rad/s) at each view of a sweep: from the middle to the beginning, and on to the end.
+const TURNING: [(f64, f64); 12] = [
+    (0.0, -0.6),
+    (-0.4, -1.15),
+    (-0.8, -1.15),
+    (-1.2, -1.15),
+    (-1.6, -0.6),
+    (0.2, 1.15),
+    (0.5, 1.15),
+    (0.8, 1.15),
+    (1.1, 1.15),
+    (1.4, 1.15),
+    (1.7, 1.15),
+    (2.0, 0.6),
+];
+
+/// How far the wrist's axis is from where it is found, rad and m, by views of these numbers whose stamps are so late, s.
+fn axis_off(chosen: &[usize], late_s: f64) -> (f64, f64) {
+    let error = Isometry3::new(
+        Vector3::new(0.006, -0.005, 0.004),
+        Vector3::new(0.02, -0.015, 0.02),
+    );
+    let late = |number: &usize| {
+        let (wrist_rad, rate_rad_s) = TURNING[*number];
+        let mut view = view(wrist_rad, &error, BLOCK_M);
+        view.hand_from_camera =
+            Isometry3::rotation(Vector3::z() * -(rate_rad_s * late_s)) * view.hand_from_camera;
+        view
+    };
+    let views: Vec<View> = chosen.iter().map(late).collect();
+    let found = calibrate(&[views]).unwrap();
+    let (place, axis) = (Point3::new(0.0, 0.0, 0.1877), Vector3::z());
+    let believed = view(0.0, &error, BLOCK_M).hand_from_camera;
+    let camera_from_hand = (believed * error).inverse();
+    let found_from_hand = (believed * found.believed_from_actual).inverse();
+    let (there, here) = (found_from_hand * axis, camera_from_hand * axis);
+    let aside = (found_from_hand * place - camera_from_hand * place).cross(&here);
+    (there.angle(&here), aside.norm())
+}
+
+#[test]
+fn stamps_of_another_clock_hardly_move_the_mount_whichever_views_are_used() {
+    let rates_rad_s = TURNING.map(|(_, rate_rad_s)| rate_rad_s);
+    let steady = crate::steady_views(&rates_rad_s, 6);
+    let of_all_rates = [0, 2, 4, 6, 8, 11];
+    for late_s in [0.015, 0.05] {
+        for chosen in [&steady[..], &of_all_rates] {
+            let (turn_rad, shift_m) = axis_off(chosen, late_s);
+            println!("{late_s} s, views {chosen:?}: {turn_rad} rad, {shift_m} m");
+            assert!(turn_rad < 1e-3 && shift_m < 3e-4);
+        }
+    }
+}
