@@ -1,6 +1,7 @@
 """Programs that a test starts: in a process group of their own, with a log, stopped for certain."""
 
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -10,11 +11,21 @@ import time
 MARK = 'DEFORMABLE_COBOT_RUN'
 
 
+# Below those that Linux gives to outgoing connections (net.ipv4.ip_local_port_range), one of which might take a port that was just free.
+PORTS = range(12000, 32000)
+
+
 def free_port():
-    """A TCP port of this computer that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
+    """A TCP port of this computer that nobody listens on, and that nobody gets by chance."""
+    while True:
+        # Of the system, not of this process's state: tests are forks of one process.
+        port = random.SystemRandom().choice(PORTS)
+        with socket.socket() as probe:
+            try:
+                probe.bind(('127.0.0.1', port))
+                return port
+            except OSError:
+                continue
 
 
 def wait_until(condition, timeout_s, what, period_s=0.05):
