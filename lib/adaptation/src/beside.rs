@@ -44,8 +44,9 @@ pub enum FeaturesError {
     OtherModel(PathBuf),
 }
 
-/// Reads the features beside a model whose file has this SHA-256. A change replaces the features before the model: where it was
-/// interrupted between the two, these are the features that the change kept with the model of before.
+/// Reads the features of a model; `digest` is the SHA-256 of the model file. Every change of a model first keeps a copy of the old model
+/// and its features, then replaces the features, and the model last. If it was killed between the last two steps, the features
+/// beside the model do not belong to it, and the kept copy is read.
 ///
 /// # Errors
 /// Neither file has features of this model.

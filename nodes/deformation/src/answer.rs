@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::dent::{Dent, dent};
+use crate::dent::Dent;
 use crate::dents;
 use crate::field::Field;
 use crate::fit::{Fit, fit};
@@ -111,7 +111,7 @@ pub fn measure(
         significance: significance.fold(0.0, f64::max),
         dents: patches
             .iter()
-            .map(|patch| dent(patch, &fit.placement))
+            .map(|patch| Dent::of(patch, &fit.placement))
             .collect(),
         placement: fit.placement,
         rotation_sigma_rad: fit.rotation_sigma,

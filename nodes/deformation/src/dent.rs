@@ -1,6 +1,6 @@
 //! One dent of the answer.
 
-use nalgebra::{Isometry3, Point3, UnitVector3};
+use nalgebra::{Point3, UnitVector3, Vector3};
 
 use crate::dents::Patch;
 use crate::placement::Placement;
@@ -30,21 +30,36 @@ pub struct Dent {
     pub significance: f64,
 }
 
-/// What was seen of a dent, in the frames of the answer.
-pub(crate) fn dent(patch: &Patch, placement: &Placement) -> Dent {
-    let cloud_from_object: Isometry3<f64> = placement.object_from_cloud.inverse();
-    let centre_in_object = placement.in_object(&patch.centre);
-    let direction_in_object = UnitVector3::new_normalize(patch.normal);
-    Dent {
-        centre: cloud_from_object * centre_in_object,
-        direction: cloud_from_object.rotation * direction_in_object,
-        centre_in_object,
-        direction_in_object,
-        depth_m: patch.depth_m,
-        depth_sigma_m: patch.depth_sigma_m,
-        width_m: patch.width_m,
-        height_m: patch.height_m,
-        area_m2: patch.area_m2,
-        significance: patch.significance,
+impl Dent {
+    /// A dent at a place of the reference's surface with this outward normal; what is measured of it is 0.
+    pub(crate) fn at(centre: &Point3<f64>, normal: Vector3<f64>, placement: &Placement) -> Self {
+        let cloud_from_object = placement.object_from_cloud.inverse();
+        let centre_in_object = placement.in_object(centre);
+        let direction_in_object = UnitVector3::new_normalize(normal);
+        Self {
+            centre: cloud_from_object * centre_in_object,
+            direction: cloud_from_object.rotation * direction_in_object,
+            centre_in_object,
+            direction_in_object,
+            depth_m: 0.0,
+            depth_sigma_m: 0.0,
+            width_m: 0.0,
+            height_m: 0.0,
+            area_m2: 0.0,
+            significance: 0.0,
+        }
+    }
+
+    /// The dent that a patch of the field shows.
+    pub(crate) fn of(patch: &Patch, placement: &Placement) -> Self {
+        Self {
+            depth_m: patch.depth_m,
+            depth_sigma_m: patch.depth_sigma_m,
+            width_m: patch.width_m,
+            height_m: patch.height_m,
+            area_m2: patch.area_m2,
+            significance: patch.significance,
+            ..Self::at(&patch.centre, patch.normal, placement)
+        }
     }
 }

@@ -1,9 +1,9 @@
-//! How often a running answer is measured. Each is old with the next view, while the answer to the whole scan, whose stages share
-//! the processors with this one, is waited for.
+//! Rate limit for measuring the answers of a scan that still runs. The next view replaces such an answer, and the measurement takes
+//! processor time from the stages that make the complete answer, for which somebody waits.
 
 use std::time::{Duration, Instant};
 
-/// After a measurement there is none of a running answer for so many times as long: that takes a quarter of one processor.
+/// The pause after a measurement, in multiples of its duration: 3 limits the measurements to a quarter of one processor core.
 const PAUSE: u32 = 3;
 
 /// When the next running answer is measured.

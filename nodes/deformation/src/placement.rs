@@ -7,9 +7,9 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 pub struct Placement {
     /// Maps the cloud's frame into the object's.
     pub object_from_cloud: Isometry3<f64>,
-    /// How much wider the specimen is than the reference, as a factor.
+    /// Width of the specimen divided by that of the reference.
     pub width_scale: f64,
-    /// How much higher.
+    /// The same for its height.
     pub height_scale: f64,
 }
 

@@ -248,8 +248,8 @@ fn cell(point: &Point3<f32>) -> Option<[i32; 2]> {
     (point.z > 0.0).then(|| [point.x, point.y].map(|across| floor(across / point.z / CELL)))
 }
 
-/// Rounds down, and saturates: what is far aside is outside of the image. The builds are for baseline x86-64, where `f32::floor` is
-/// a slower function call.
+/// Rounds down. Saturates at the range of `i32`, which is far outside of the image. `f32::floor` would be slower: on baseline x86-64,
+/// for which the programs are built, it is a function call.
 fn floor(coordinate: f32) -> i32 {
     let towards_zero = coordinate as i32;
     towards_zero.saturating_sub(i32::from(coordinate < towards_zero as f32))

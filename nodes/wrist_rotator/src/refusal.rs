@@ -84,7 +84,7 @@ pub enum Refusal {
     /// The master did not say who commands the arm.
     #[error("the master did not say who else commands this arm: check that it is alive")]
     PublishersUnknown,
-    /// A topic that can forbid motion is silent.
+    /// No message came on a topic that can forbid motion, such as the emergency stop, or the last one is too old.
     #[error(
         "{}: is the robot's driver up? Where the robot has no such topic, as in a simulator, name {} in ~waived",
         silence_of(.topic, *.silence), .what.name()

@@ -1,6 +1,6 @@
 //! Which end of the range to go to first in a scan that ends once its answer is sure: how far and how long the wrist turns until then
-//! with the nearer end first, as `view_capture` does, with the farther end first, and with whichever of the two turns out to be
-//! better in that scan, which nobody knows before. The better of two scans of the same order shows how much of that is chance.
+//! with the nearer end first, as `view_capture` does, with the farther end first, and with an oracle that always knows the better
+//! of the two orders. The better of two scans with the same order shows how much of the oracle's gain is chance.
 //!
 //! `SCANS=150 cargo test --release --workspace --test direction -- --nocapture` measures. `SEED` is the first scan's.
 #![allow(clippy::unwrap_used)]

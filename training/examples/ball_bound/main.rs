@@ -17,7 +17,7 @@ use scan::Scan;
 use sim_deform::{Denter, Settings};
 use sim_objects::{ObjectClass, Variation};
 
-/// How well any classifier could tell the two small balls apart, at best
+/// Upper bound of how often a classifier can tell the two small balls apart (Cramér-Rao)
 #[derive(Debug, Parser)]
 struct Arguments {
     /// Scans of each ball

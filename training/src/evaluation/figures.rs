@@ -163,7 +163,7 @@ impl Figures {
     /// Puts the summary into a Markdown file.
     ///
     /// # Errors
-    /// It cannot be read or written, or has no marks.
+    /// The file cannot be read or written, or lacks the two marks between which the summary stands.
     pub fn write_within(&self, path: &Path) -> Result<()> {
         let named = || path.display().to_string();
         let text = fs::read_to_string(path).with_context(named)?;

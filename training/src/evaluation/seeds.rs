@@ -11,7 +11,7 @@ pub struct Tests {
     pub origins: Vec<Origin>,
     /// Clouds of known objects.
     pub known: Vec<KnownRow>,
-    /// Strangers, farthest from the known objects first.
+    /// Strangers: those least like the known objects first.
     pub strangers: Vec<StrangerRow>,
 }
 
@@ -20,7 +20,7 @@ pub struct Tests {
 pub struct KnownRow {
     /// Which objects.
     pub data: String,
-    /// What they are to those that the model learned from.
+    /// Whether these are the very objects of training, others of their kind, or those of a dataset.
     pub are: Objects,
     /// What was seen of them.
     pub seen: String,

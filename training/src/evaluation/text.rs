@@ -33,7 +33,7 @@ impl Evaluation {
         )
     }
 
-    /// Strangers of each kind, farthest from the known objects first.
+    /// Strangers of each kind: those least like the known objects first.
     pub(super) fn strangers(&self) -> Vec<(String, &Known)> {
         let far = "of other kinds and sizes, and an empty hand".to_owned();
         let near = self.near.iter().rev();

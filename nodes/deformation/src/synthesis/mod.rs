@@ -8,7 +8,7 @@
 mod squeeze;
 
 use arap::ArapError;
-use nalgebra::{Point3, UnitVector3};
+use nalgebra::Point3;
 
 use crate::dent::Dent;
 use crate::dents::Patch;
@@ -164,20 +164,11 @@ fn seen_share(reference: &Reference, field: &Field, centre: &Point3<f64>) -> f64
 
 fn dent(squeeze: &Squeeze, k: usize, placement: &Placement) -> Dent {
     let (pad, sigma_m) = (&squeeze.pads[k], squeeze.depth_sigma_m[k]);
-    let cloud_from_object = placement.object_from_cloud.inverse();
-    let centre_in_object = placement.in_object(&pad.centre);
-    let direction_in_object = UnitVector3::new_normalize(pad.normal);
     Dent {
-        centre: cloud_from_object * centre_in_object,
-        direction: cloud_from_object.rotation * direction_in_object,
-        centre_in_object,
-        direction_in_object,
         depth_m: pad.depth_m,
         depth_sigma_m: sigma_m,
-        width_m: 0.0,
-        height_m: 0.0,
-        area_m2: 0.0,
         significance: pad.depth_m / sigma_m,
+        ..Dent::at(&pad.centre, pad.normal, placement)
     }
 }
 
