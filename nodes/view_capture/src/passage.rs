@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use baxter::JointSample;
 
-use crate::plan::VIEWS_MAX;
+use crate::plan_error::VIEWS_MAX;
 use crate::wrist_track::WristTrack;
 
 /// Clouds that wait for the joint states of their time, at most: 0.13 s at 30 Hz.

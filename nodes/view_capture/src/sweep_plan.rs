@@ -1,7 +1,7 @@
 //! One sweep: from where to where, and whether its images are sharp.
 
 use crate::Parameters;
-use crate::plan::{PlanError, VIEWS_MAX};
+use crate::plan_error::{PlanError, VIEWS_MAX};
 
 /// One sweep of the wrist.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,7 @@
 //! What the world has of each object: instances that differ in form and size as standards and makers let them.
 
 mod cups;
+mod measure;
 mod outlines;
 
 use mesh::{Mesh, revolve};

@@ -1,7 +1,7 @@
 //! Measures and outlines of the cups, in millimetres, as in [`super::outlines`]. No standard of cups is known to us: the ranges
 //! are our own choice, round the objects of the paper's laboratory.
 
-use super::outlines::{Outline, Range};
+use super::measure::{Outline, Range};
 
 pub(super) const SMALL_CUP_WIDTH: Range = [87.0, 90.5];
 pub(super) const SMALL_CUP_HEIGHT: Range = [98.0, 108.0];

@@ -11,11 +11,8 @@ use super::cups::{
     LARGE_CUP_HEIGHT, LARGE_CUP_WIDTH, MEDIUM_CUP_HEIGHT, MEDIUM_CUP_WIDTH, SMALL_CUP_HEIGHT,
     SMALL_CUP_WIDTH, drinks_cup, paper_cup, plastic_cup,
 };
+use super::measure::{Outline, Range};
 use crate::class::ObjectClass;
-
-/// Least and largest measure.
-pub(super) type Range = [f32; 2];
-pub(super) type Outline = Vec<[f32; 2]>;
 
 /// Outside diameter of a beverage can's body: 66.09 ± 0.18 mm (2.602 ± 0.007 in; Can Manufacturers Institute, Voluntary Can and
 /// End Dimension Reference Manual, 202 beverage can); the paper's can: 65.5 mm.
