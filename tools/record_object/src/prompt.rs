@@ -1,17 +1,15 @@
 //! Waits for a person.
 
-use crate::record::Screen;
 use anyhow::{Result, bail};
 use node::Node;
 use std::io::BufRead;
 use tokio::sync::oneshot;
 
-/// Asks for the second grasp, and returns when Enter is pressed.
-pub async fn until_enter(node: &Node, screen: &impl Screen) -> Result<()> {
-    screen.note(
-        "now the other end: open the gripper (rosservice call /grasp \"{command: open}\"), put the object back upside \
-         down, close it, and press Enter",
-    );
+/// Returns when Enter is pressed.
+///
+/// # Errors
+/// Nobody can press it, or the program is asked to end.
+pub async fn until_enter(node: &Node) -> Result<()> {
     let (sender, pressed) = oneshot::channel();
     // A read cannot be called off; on a thread of its own it does not hold up the program's end.
     std::thread::spawn(move || {

@@ -1,9 +1,10 @@
 //! From the object in the hand to a file with its mesh.
 
+use crate::agreement;
 use crate::file::Target;
 use crate::grasp::Grasp;
 use crate::mesh::Recorded;
-use crate::{agreement, prompt};
+use crate::prompt::until_enter;
 use anyhow::{Context, Result, anyhow};
 use icp_registration::Regrasp;
 use msg::deformable_cobot::ScanObjectGoal;
@@ -167,7 +168,11 @@ async fn second(
     screen: &impl Screen,
 ) -> Result<Grasp> {
     loop {
-        prompt::until_enter(node, screen).await?;
+        screen.note(
+            "now the other end: open the gripper (rosservice call /grasp \"{command: open}\"), put the object back upside \
+             down, close it, and press Enter",
+        );
+        until_enter(node).await?;
         match look(client, recording, order.motion, screen).await {
             Ok(second) => {
                 screen.note(&format!("second grasp: {second}"));
