@@ -1,25 +1,22 @@
-//! Views on request: turn, wait for rest, look; or look while the wrist turns.
+//! What views are taken with, at rest or in a sweep: turning the wrist, and a cloud with the hand's pose at its stamp.
 
 use super::arm_pose::ArmPose;
 use super::clouds::{Clouds, Listening, Shot};
 use super::computers::OtherComputers;
-use super::sweep::Order;
 use super::time_offset::TimeOffset;
 use super::view::{timing, view_of};
 use super::wrist::Wrist;
 use anyhow::{Context, bail, ensure};
-use baxter::WristPlan;
 use msg::Time;
 use msg::deformable_cobot::{
-    CaptureViewsReq, CaptureViewsRes, PlanViewsReq, PlanViewsRes, RotateWrist, RotateWristReq,
-    RotateWristRes, SweepWrist, SweepWristReq, View,
+    RotateWrist, RotateWristReq, RotateWristRes, SweepWrist, SweepWristReq, View,
 };
 use msg::service::Service;
 use node::{CallError, Count, Life, Node, Publisher, Transforms, Tuned};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Mutex;
-use view_capture::{Parameters, PlanError, check, plan, plan_scan};
+use view_capture::Parameters;
 
 /// What a view is made of.
 pub struct Sources {
@@ -40,7 +37,8 @@ pub struct Capture {
     pub(super) sources: Sources,
     /// Views of a sweep as they come.
     pub(super) captured: Publisher<View>,
-    busy: Mutex<()>,
+    /// Held while views are taken for a caller.
+    pub(super) busy: Mutex<()>,
     /// What the latest view saw.
     last_seen: Mutex<Option<Arc<Shot>>>,
 }
@@ -60,94 +58,6 @@ impl Capture {
             busy: Mutex::default(),
             last_seen: Mutex::default(),
         }
-    }
-
-    /// Answers `plan_views`.
-    pub fn plan(&self, request: PlanViewsReq) -> PlanViewsRes {
-        match plan_scan(&self.parameters.now(), request.views, request.range) {
-            Ok(WristPlan::Rests(angles)) => PlanViewsRes {
-                count: angles.len() as u32,
-                angles,
-                ..Default::default()
-            },
-            Ok(WristPlan::Sweep { range_rad, count }) => PlanViewsRes {
-                range: range_rad,
-                count,
-                ..Default::default()
-            },
-            Err(error) => PlanViewsRes {
-                error: error.to_string(),
-                ..Default::default()
-            },
-        }
-    }
-
-    /// Answers `capture_views`; the arm rests then, also where `life` has ended before. A stop of the wrist ends the request,
-    /// also where it comes while the camera looks.
-    pub async fn capture(&self, request: CaptureViewsReq, life: Life) -> CaptureViewsRes {
-        let stopped = self.sources.stops.until_changed();
-        let life = life.and_until(async {
-            stopped.await;
-            "stop_wrist was called".to_owned()
-        });
-        let (mut views, mut count) = (Vec::new(), 0);
-        let taken = self
-            .take_views(&request, &life, &mut views, &mut count)
-            .await;
-        let error = taken.map_or_else(|error| format!("{error:#}"), |()| String::new());
-        if !error.is_empty() {
-            log::warn!("capture_views: {error}");
-        }
-        CaptureViewsRes {
-            error,
-            views,
-            count,
-        }
-    }
-
-    async fn take_views(
-        &self,
-        request: &CaptureViewsReq,
-        life: &Life,
-        views: &mut Vec<View>,
-        taken_count: &mut u32,
-    ) -> anyhow::Result<()> {
-        let Ok(_busy) = self.busy.try_lock() else {
-            bail!("views are being taken for another caller; call again when that has ended");
-        };
-        if request.range != 0.0 {
-            let order = Order {
-                range_rad: request.range,
-                scan_id: &request.scan_id,
-            };
-            return self.sweep(&order, life, views, taken_count).await;
-        }
-        let angles_rad = angles(&self.parameters.now(), request)?;
-        let listening = self.sources.clouds.listen();
-        let count = angles_rad.len();
-        for (index, angle_rad) in (0..).zip(angles_rad) {
-            let taken = self.take_view(angle_rad, &listening, life).await;
-            let mut view = match count {
-                1 => taken?,
-                _ => taken.with_context(|| format!("view {} of {count}", index + 1))?,
-            };
-            (view.index, view.count) = (index, count as u32);
-            views.push(view);
-            *taken_count += 1;
-        }
-        Ok(())
-    }
-
-    async fn take_view(
-        &self,
-        angle_rad: f64,
-        listening: &Listening,
-        life: &Life,
-    ) -> anyhow::Result<View> {
-        // Nothing is turned where nothing would be seen.
-        life.during(self.check_before_motion()).await?;
-        let turned = self.turn(angle_rad, life).await?;
-        life.during(self.look(&turned, listening)).await
     }
 
     pub(super) async fn check_before_motion(&self) -> anyhow::Result<()> {
@@ -200,13 +110,6 @@ impl Capture {
             Err(CallError::GivenUp { reason, .. }) => bail!("{reason}"),
             Err(error) => bail!("{error}{}", self.sources.computers.clause().await),
         }
-    }
-
-    /// The view of the first image that was taken after the wrist has come to rest.
-    async fn look(&self, turned: &RotateWristRes, listening: &Listening) -> anyhow::Result<View> {
-        let shot = self.shot_after(turned.at_rest, listening).await?;
-        let moment = shot.cloud.header.stamp;
-        self.view_from(&shot, moment, turned.angle).await
     }
 
     /// The view that a cloud is, with the wrist at an angle, and the hand where it was at a moment by the robot's clock.
@@ -269,13 +172,4 @@ impl Capture {
         );
         Ok(())
     }
-}
-
-/// The wrist angles that are asked for, rad.
-fn angles(parameters: &Parameters, request: &CaptureViewsReq) -> Result<Vec<f64>, PlanError> {
-    if request.angles.is_empty() {
-        return plan(parameters, request.views);
-    }
-    check(parameters, &request.angles)?;
-    Ok(request.angles.clone())
 }

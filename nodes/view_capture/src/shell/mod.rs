@@ -5,6 +5,7 @@ mod capture;
 mod clouds;
 mod computers;
 mod passive;
+mod requests;
 mod sweep;
 mod time_offset;
 mod view;

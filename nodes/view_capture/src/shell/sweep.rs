@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use msg::deformable_cobot::View;
+use msg::deformable_cobot::{CaptureViewsReq, View};
 use msg::stamp;
 use node::Life;
 use tokio::sync::{oneshot, watch};
@@ -12,20 +12,12 @@ use view_capture::{Spacing, plan_sweep};
 use super::capture::Capture;
 use super::clouds::Listening;
 
-/// What somebody asks for.
-pub struct Order<'a> {
-    /// How far to turn, rad.
-    pub range_rad: f64,
-    /// Name of the views that come one by one; empty: all are wanted in the end.
-    pub scan_id: &'a str,
-}
-
 impl Capture {
     /// Turns the wrist through a range and takes views meanwhile, also on the way to the beginning where the wrist is within the
     /// range: the first view needs no motion. The arm rests when this returns.
     pub(super) async fn sweep(
         &self,
-        order: &Order<'_>,
+        request: &CaptureViewsReq,
         life: &Life,
         views: &mut Vec<View>,
         count: &mut u32,
@@ -35,13 +27,13 @@ impl Capture {
         let clock_steps = self.sources.wrist.clock_steps();
         let patience = Duration::from_secs_f64(parameters.transform_deadline_s);
         let wrist_rad = life.during(self.sources.wrist.angle_now(patience)).await?;
-        let mut plan = plan_sweep(&parameters, order.range_rad, wrist_rad)?;
+        let mut plan = plan_sweep(&parameters, request.range, wrist_rad)?;
         self.sources.offset.check()?;
         // Nothing is turned where nothing would be seen.
         life.during(self.check_before_motion()).await?;
         let mut hand_out = |view| {
             self.sources.wrist.check_clock_since(clock_steps)?;
-            self.hand_out(order, view, views);
+            self.hand_out(request, view, views);
             Ok(())
         };
         let mut spacing = Spacing::new(&plan);
@@ -161,12 +153,13 @@ impl Capture {
         }
     }
 
-    fn hand_out(&self, order: &Order<'_>, view: View, views: &mut Vec<View>) {
-        if order.scan_id.is_empty() {
+    /// Publishes the view where the request names a scan; otherwise the view goes into the answer.
+    fn hand_out(&self, request: &CaptureViewsReq, view: View, views: &mut Vec<View>) {
+        if request.scan_id.is_empty() {
             return views.push(view);
         }
         self.captured.send(View {
-            scan_id: order.scan_id.into(),
+            scan_id: request.scan_id.clone(),
             ..view
         });
     }
