@@ -1,19 +1,11 @@
 //! ROS time, and the news that it jumped back.
 
-use crate::master;
-use crate::node::Node;
-use crate::subscriber::Expect;
-use crate::xmlrpc::Value;
-use msg::rosgraph_msgs;
 use rosrust::Time;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
-use tokio::time::{MissedTickBehavior, interval};
 
-/// How often it is looked whether ROS time went back.
-const CLOCK_PERIOD: Duration = Duration::from_millis(20);
 /// Steps back that are no jump: stamps from several computers are not in order to the millisecond.
 const JUMP_MIN_NS: i64 = 500_000_000;
 
@@ -89,30 +81,6 @@ impl Clock {
             }
             self.jumps.send_modify(|count| *count += 1);
         }
-    }
-}
-
-impl Node {
-    /// Takes time from /clock where the parameter server says so, and watches for jumps.
-    pub(crate) async fn follow_clock(&self) -> anyhow::Result<()> {
-        let name = "/use_sim_time".into();
-        if let Ok(Value::Bool(true)) = master::call("getParam", &[name]).await {
-            simulate(Time::default());
-            let set = |now: rosgraph_msgs::Clock| simulate(now.clock);
-            let ticks = self.subscribe("/clock", Expect::OPTIONAL_STATE, set)?;
-            // As long as the node.
-            std::mem::forget(ticks);
-        }
-        let clock = self.clock();
-        tokio::spawn(async move {
-            let mut ticker = interval(CLOCK_PERIOD);
-            ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
-            loop {
-                ticker.tick().await;
-                clock.observe(clock.now());
-            }
-        });
-        Ok(())
     }
 }
 

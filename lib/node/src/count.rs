@@ -1,7 +1,8 @@
 //! A count that another node publishes, latched, and that says by each change that something has happened.
 
 use crate::node::Node;
-use crate::subscriber::{Expect, Subscriber};
+use crate::subscriber::Subscriber;
+use crate::subscription::Expect;
 use msg::std_msgs::UInt64;
 use tokio::sync::watch;
 

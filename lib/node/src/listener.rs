@@ -1,7 +1,8 @@
 //! Keeps a [`TransformBuffer`] up to date.
 
 use crate::node::Node;
-use crate::subscriber::{Expect, Subscriber};
+use crate::subscriber::Subscriber;
+use crate::subscription::Expect;
 use crate::transforms::{TransformBuffer, TransformError};
 use msg::Time;
 use msg::tf2_msgs::TFMessage;

@@ -1,34 +1,36 @@
 //! A node from start to shutdown.
 
 use crate::bounded;
-use crate::clock::Clock;
+use crate::clock::{self, Clock};
 use crate::graph::Graph;
 use crate::health::Health;
 use crate::inbox::Inbox;
 use crate::life::Life;
 use crate::message_kind::MessageKind;
 use crate::parameters::{self, ParameterError};
-use crate::publication::Publication;
-use crate::publisher::{Latch, Publisher};
+use crate::publication::{Latch, Publication};
+use crate::publisher::Publisher;
 use crate::service::{CallError, Server};
 use crate::service_server::Handler;
 use crate::shutdown::{self, REQUESTS};
-use crate::subscriber::{Expect, Subscriber};
-use crate::subscription::Subscription;
+use crate::subscriber::Subscriber;
+use crate::subscription::{Expect, Subscription};
 use crate::tcpros::{PATIENT, PROMPT};
+use crate::xmlrpc::Value;
 use crate::{environment, master, names, service_client};
 use anyhow::Context;
-use msg::Message;
 use msg::service::Service;
+use msg::{Message, Time, rosgraph_msgs};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Display;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::time::{MissedTickBehavior, interval};
 
 const REPORT_PERIOD: Duration = Duration::from_secs(1);
+/// How often it is looked whether ROS time went back.
+const CLOCK_PERIOD: Duration = Duration::from_millis(20);
 
 /// This process as a ROS node. Clones share it; there is one in a process.
 #[derive(Clone)]
@@ -58,24 +60,30 @@ impl Node {
         });
         let node = Self { shared };
         node.follow_clock().await?;
-        node.watch_signals()?;
+        shutdown::order_on_signals()?;
         tokio::spawn(node.clone().report());
         Ok(node)
     }
 
-    fn watch_signals(&self) -> anyhow::Result<()> {
-        for kind in [
-            SignalKind::interrupt(),
-            SignalKind::terminate(),
-            SignalKind::hangup(),
-        ] {
-            let mut stream = signal(kind)?;
-            tokio::spawn(async move {
-                if stream.recv().await.is_some() {
-                    shutdown::order();
-                }
-            });
+    /// Takes time from /clock where the parameter server says so, and watches for jumps.
+    async fn follow_clock(&self) -> anyhow::Result<()> {
+        let name = "/use_sim_time".into();
+        if let Ok(Value::Bool(true)) = master::call("getParam", &[name]).await {
+            clock::simulate(Time::default());
+            let set = |now: rosgraph_msgs::Clock| clock::simulate(now.clock);
+            let ticks = self.subscribe("/clock", Expect::OPTIONAL_STATE, set)?;
+            // As long as the node.
+            std::mem::forget(ticks);
         }
+        let clock = self.clock();
+        tokio::spawn(async move {
+            let mut ticker = interval(CLOCK_PERIOD);
+            ticker.set_missed_tick_behavior(MissedTickBehavior::Skip);
+            loop {
+                ticker.tick().await;
+                clock.observe(clock.now());
+            }
+        });
         Ok(())
     }
 

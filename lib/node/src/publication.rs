@@ -2,7 +2,6 @@
 
 use crate::callers::Place;
 use crate::message_kind::MessageKind;
-use crate::publisher::Latch;
 use crate::tcpros::{is_unreachable, set_silence_max};
 use std::collections::{HashMap, VecDeque};
 use std::io;
@@ -18,6 +17,15 @@ use tokio::time::timeout;
 /// How long a subscriber may take for one message while its computer answers (a frozen rviz, say). After that its connection
 /// is closed; it connects again when it goes on.
 const WRITE_MAX: Duration = Duration::from_secs(5);
+
+/// Whether late subscribers get the last message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Latch {
+    /// They wait for the next one.
+    No,
+    /// They get it at once, and their header says so: rosbag keeps it for replays that begin later.
+    Yes,
+}
 
 /// A topic and who listens to it.
 pub(crate) struct Publication {

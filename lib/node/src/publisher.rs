@@ -12,15 +12,6 @@ use tokio::time::{Instant, timeout, timeout_at};
 /// How long a topic may be without listeners before nobody is said to wait for it.
 const UNHEARD_MAX: Duration = Duration::from_secs(3);
 
-/// Whether late subscribers get the last message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Latch {
-    /// They wait for the next one.
-    No,
-    /// They get it at once, and their header says so: rosbag keeps it for replays that begin later.
-    Yes,
-}
-
 /// A topic that this node publishes. Clones share it.
 pub struct Publisher<T: Message> {
     name: Arc<str>,

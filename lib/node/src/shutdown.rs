@@ -1,6 +1,8 @@
 //! Shutdown of the process: the order to end, and the counters of what it waits for.
 
+use std::io;
 use std::sync::LazyLock;
+use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
@@ -20,6 +22,23 @@ pub(crate) fn order() {
         ordered.get_or_insert_with(Instant::now);
         is_first
     });
+}
+
+/// SIGINT, SIGTERM and SIGHUP order it from now on.
+pub(crate) fn order_on_signals() -> io::Result<()> {
+    for kind in [
+        SignalKind::interrupt(),
+        SignalKind::terminate(),
+        SignalKind::hangup(),
+    ] {
+        let mut stream = signal(kind)?;
+        tokio::spawn(async move {
+            if stream.recv().await.is_some() {
+                order();
+            }
+        });
+    }
+    Ok(())
 }
 
 /// Whether the process was told to end.

@@ -4,7 +4,8 @@
 //! `~set_parameters`. A value out of its range becomes the nearest in it, as with dynamic_reconfigure's own servers.
 
 use crate::node::Node;
-use crate::publisher::{Latch, Publisher};
+use crate::publication::Latch;
+use crate::publisher::Publisher;
 use crate::service::Server;
 use msg::dynamic_reconfigure::{
     Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription,
