@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use nalgebra::Point3;
 use sim_camera::OBJECT_BOTTOM_Z_M;
 
-use crate::scan::View;
 use crate::setup::Setup;
+use crate::view::View;
 
 /// Height in the hand's frame above the fingertips, m: points above it belong to the object, not to the gripper.
 const ABOVE_FINGERS_M: f64 = OBJECT_BOTTOM_Z_M as f64 + 0.032;

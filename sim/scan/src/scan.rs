@@ -6,7 +6,7 @@
 use depth_threshold::{DepthImage, ThresholdError, Thresholder};
 use icp_registration::Registrar;
 use mesh::Mesh;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use parameter::ParameterError;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -16,6 +16,7 @@ use sim_camera::{InverseDepth, Noise, Placement, Renderer, integrate, moments};
 use crate::flank::lose_flank;
 use crate::parameters::ScanParameters;
 use crate::setup::Setup;
+use crate::view::View;
 
 /// A scan that cannot be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -85,15 +86,6 @@ pub fn full_view(object: &Mesh, random: &mut Pcg64Mcg) -> ScannedObject {
         held: false,
         trusted: true,
     }
-}
-
-/// What the camera sees of a scan at one wrist angle.
-#[derive(Debug, Clone)]
-pub struct View {
-    /// Points in m in the camera's optical frame: gripper and object.
-    pub points: Vec<Point3<f32>>,
-    /// The pose that kinematics would report, wrong by the camera mount's error.
-    pub believed_hand_from_camera: Isometry3<f64>,
 }
 
 /// An image of a wrist that rests or turns.
