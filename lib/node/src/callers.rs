@@ -68,6 +68,17 @@ pub(crate) struct Place {
     put_out: Arc<Notify>,
 }
 
+/// A listener at an address that others reach at `host`.
+///
+/// # Errors
+/// Where no port can be had.
+pub(crate) fn listen(host: &str) -> io::Result<TcpListener> {
+    let is_local = host == "localhost" || host.starts_with("127.");
+    let listener = std::net::TcpListener::bind((if is_local { host } else { "0.0.0.0" }, 0))?;
+    listener.set_nonblocking(true)?;
+    TcpListener::from_std(listener)
+}
+
 /// Accepts connections for ever. Each is served by a task of its own until it ends, or until it has to make room for another.
 pub(crate) async fn accept_all<F>(
     listener: TcpListener,

@@ -1,19 +1,21 @@
 //! This process in the ROS graph: what it publishes, reads and offers, and what other nodes ask it:
 //! <https://wiki.ros.org/ROS/Slave_API>.
 
-use crate::callers::{Capacity, Place, accept_all};
+use crate::callers::{Capacity, Place, accept_all, listen};
 use crate::publication::Publication;
 use crate::registration::{Entry, Registrations};
+use crate::service_server::{Handler, Server};
 use crate::subscription::Subscription;
 use crate::tcpros::{header, read_header, set_options};
 use crate::xmlrpc::{self, Value};
 use crate::{environment, names, shutdown};
+use msg::service::Service;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 use tokio::io::AsyncWriteExt;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::time::{Instant, sleep, timeout};
 
 /// How long a subscriber may take for its header.
@@ -24,7 +26,7 @@ const FLUSH_PERIOD: Duration = Duration::from_millis(5);
 /// This process in the graph.
 pub(crate) struct Graph {
     /// This computer's name or address, as others know it.
-    pub host: String,
+    host: String,
     /// TCP port from which topics are sent.
     port: u16,
     links: Mutex<Links>,
@@ -89,6 +91,17 @@ impl Graph {
         drop(links);
         let entry = Entry::Subscription(subscription.topic.clone(), Arc::downgrade(subscription));
         self.registrations.add(entry);
+    }
+
+    /// Offers the service `name`, resolved, until the server is dropped.
+    ///
+    /// # Errors
+    /// Where no port can be had.
+    pub fn serve<S: Service>(&self, name: String, handler: impl Handler<S>) -> io::Result<Server> {
+        let server = Server::start(&name, &self.host, Arc::new(handler))?;
+        let uri = format!("rosrpc://{}:{}", self.host, server.port());
+        self.registrations.add(Entry::Service { name, uri });
+        Ok(server)
     }
 
     /// What this process reads.
@@ -237,17 +250,6 @@ impl Graph {
         })
         .collect()
     }
-}
-
-/// A listener at an address that others reach at `host`.
-///
-/// # Errors
-/// Where no port can be had.
-pub(crate) fn listen(host: &str) -> io::Result<TcpListener> {
-    let is_local = host == "localhost" || host.starts_with("127.");
-    let listener = std::net::TcpListener::bind((if is_local { host } else { "0.0.0.0" }, 0))?;
-    listener.set_nonblocking(true)?;
-    TcpListener::from_std(listener)
 }
 
 fn pair(topic: &str, kind: &str) -> Value {

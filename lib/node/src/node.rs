@@ -10,8 +10,8 @@ use crate::message_kind::MessageKind;
 use crate::parameters::{self, ParameterError};
 use crate::publication::{Latch, Publication};
 use crate::publisher::Publisher;
-use crate::service::{CallError, Server};
-use crate::service_server::Handler;
+use crate::service_client::CallError;
+use crate::service_server::{Handler, Server};
 use crate::shutdown::{self, REQUESTS};
 use crate::subscriber::Subscriber;
 use crate::subscription::{Expect, Subscription};
@@ -197,7 +197,8 @@ impl Node {
         name: &str,
         handler: impl Handler<S>,
     ) -> anyhow::Result<Server> {
-        Server::new::<S>(&self.shared.graph, name, handler)
+        names::resolve(name)
+            .and_then(|resolved| Ok(self.shared.graph.serve(resolved, handler)?))
             .with_context(|| format!("cannot offer the service {name}"))
     }
 

@@ -5,13 +5,13 @@
 use crate::bounded;
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
-use crate::service::CallError;
 use crate::tcpros::{block, header, read_block, read_header, set_options};
 use crate::{master, names};
 use msg::service::Service;
 use rosrust::RosMsg;
 use std::io;
 use std::time::Duration;
+use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::ReadHalf;
@@ -21,6 +21,43 @@ use tokio::time::{sleep, timeout};
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
 /// How long the server of a call that was given up has to bring to rest what it moves, and to say so.
 const REST_PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Why a service call gave no answer.
+#[derive(Debug, Error, PartialEq)]
+pub enum CallError {
+    /// Nobody offers the service.
+    #[error("nobody offers the service {name} (waited {waited:.1?}); is its node running?")]
+    Absent {
+        /// Name of the service.
+        name: String,
+        /// How long it was waited for.
+        waited: Duration,
+    },
+    /// No answer in time.
+    #[error("the service {name} did not answer within {deadline:.1?}")]
+    Deadline {
+        /// Name of the service.
+        name: String,
+        /// The time it had.
+        deadline: Duration,
+    },
+    /// Whoever waited for the answer has gone, or this node ends.
+    #[error("the service {name} was given up: {reason}")]
+    GivenUp {
+        /// Name of the service.
+        name: String,
+        /// Why nobody waits any more.
+        reason: String,
+    },
+    /// The server or the connection failed.
+    #[error("the service {name} failed: {reason}")]
+    Failed {
+        /// Name of the service.
+        name: String,
+        /// What it said.
+        reason: String,
+    },
+}
 
 /// The response, or the server's words why there is none.
 type Answer<S> = Result<<S as rosrust::ServicePair>::Response, String>;

@@ -3,8 +3,7 @@
 //! A caller that waits keeps its connection open; the handler is told when it ends.
 
 use crate::bounded;
-use crate::callers::{Capacity, Place, accept_all};
-use crate::graph::listen;
+use crate::callers::{Capacity, Place, accept_all, listen};
 use crate::layout::MESSAGE_BYTES_MAX;
 use crate::life::Life;
 use crate::names;
@@ -48,18 +47,18 @@ where
     type Future = F;
 }
 
-/// Serves until dropped.
-pub(crate) struct ServiceServer {
+/// A service that this node offers, until dropped.
+pub struct Server {
     port: u16,
     accepting: JoinHandle<()>,
 }
 
-impl ServiceServer {
+impl Server {
     /// Serves `name`, resolved, at an address that callers of `host` reach.
     ///
     /// # Errors
     /// Where no port can be had.
-    pub fn start<S: Service>(
+    pub(crate) fn start<S: Service>(
         name: &str,
         host: &str,
         handler: Arc<impl Handler<S>>,
@@ -82,12 +81,12 @@ impl ServiceServer {
         Ok(Self { port, accepting })
     }
 
-    pub fn port(&self) -> u16 {
+    pub(crate) fn port(&self) -> u16 {
         self.port
     }
 }
 
-impl Drop for ServiceServer {
+impl Drop for Server {
     fn drop(&mut self) {
         self.accepting.abort();
     }

@@ -31,10 +31,4 @@ impl Subscriber {
         let any = connected.wait_for(|count| *count > 0);
         matches!(timeout(patience, any).await, Ok(Ok(_)))
     }
-
-    /// How long nothing has come; `None` if nothing ever has.
-    pub fn age(&self) -> Option<Duration> {
-        let latest = self.subscription.0.inbox.heard().latest;
-        latest.map(|latest| latest.elapsed())
-    }
 }

@@ -6,7 +6,7 @@
 use crate::node::Node;
 use crate::publication::Latch;
 use crate::publisher::Publisher;
-use crate::service::Server;
+use crate::service_server::Server;
 use msg::dynamic_reconfigure::{
     Config, ConfigDescription, DoubleParameter, Group, GroupState, IntParameter, ParamDescription,
     Reconfigure, ReconfigureRes,
