@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Crop, Cropper, Frame};
 use sim_camera::{
-    D435I, Noise, NoiseParameters, Placement, Scene, render_view, scan_base_from_camera,
+    D435I, Noise, NoiseParameters, Placement, Renderer, Scene, scan_base_from_camera,
     scan_base_from_hand,
 };
 use sim_objects::{ObjectClass, Variation};
@@ -23,7 +23,8 @@ fn shipped_model() -> Model {
 
 /// What a view shows, m, in the camera's frame.
 fn view(scene: &Scene, placement: &Placement, noise: &mut Noise) -> Vec<Point3<f32>> {
-    let image = render_view(scene, placement, &D435I, Some(noise));
+    let mut renderer = Renderer::new(D435I);
+    let image = noise.apply(renderer.render(scene, placement), &D435I);
     let bytes = image.to_le_bytes();
     let image = DepthImage::of_millimetres(D435I.width, D435I.height, &bytes);
     Thresholder::new(Default::default())

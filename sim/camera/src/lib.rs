@@ -32,20 +32,3 @@ pub use placement::{Placement, scan_base_from_camera, scan_base_from_hand};
 pub use playback::{Capture, CaptureFrame, Playback, PlaybackError};
 pub use raster::Renderer;
 pub use scene::{Link, OBJECT_BOTTOM_Z_M, Scene};
-
-/// Renders one view. Without noise the depth is exact to the millimetre.
-///
-/// For many views in a row keep a [`Renderer`], which keeps its buffers.
-pub fn render_view(
-    scene: &Scene,
-    placement: &Placement,
-    intrinsics: &Intrinsics,
-    noise: Option<&mut Noise>,
-) -> DepthImage {
-    let mut renderer = Renderer::new(intrinsics.clone());
-    let clean = renderer.render(scene, placement);
-    match noise {
-        Some(noise) => noise.apply(clean, intrinsics),
-        None => clean.to_depth_image(),
-    }
-}
