@@ -3,12 +3,14 @@
 //! `SCANS=100 cargo test --release --workspace --test blur -- --nocapture` measures. `SEED` is the first scan's.
 #![allow(clippy::unwrap_used)]
 
+mod common;
+
 use cloud::Tree;
+use common::{asked, held};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use sim_camera::OBJECT_BOTTOM_Z_M;
-use sim_objects::ObjectClass;
-use sim_scan::{ScanParameters, Setup, Shot, capture_shots, dented};
+use sim_scan::{Setup, Shot, capture_shots};
 
 const EXPOSURE_S: f64 = 0.033;
 /// At rest, the rate of a sweep, and two that `view_capture` refuses.
@@ -39,20 +41,11 @@ fn rms(values: &[f64]) -> f64 {
 
 #[test]
 fn blur_at_the_rate_of_a_sweep_is_less_than_the_noise() {
-    let number = |name, default| std::env::var(name).map_or(default, |text| text.parse().unwrap());
-    let (scans, first_seed) = (number("SCANS", 8) as usize, number("SEED", 90_000));
+    let (scans, first_seed) = asked(8, 90_000);
     println!("{scans} scans from seed {first_seed}");
-    let parameters = ScanParameters {
-        table_share: 0.0,
-        undented_share: 0.0,
-        ..ScanParameters::default()
-    };
     let mut by_rate = RATES_RAD_S.map(|_| (vec![], 0.0));
     for seed in (first_seed..).take(scans) {
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let class = ObjectClass::ALL[seed as usize % ObjectClass::ALL.len()];
-        let object = dented(class, &parameters, &mut random).unwrap();
-        let setup = Setup::random(&object, &parameters, &mut random);
+        let (_, setup, mut random) = held(seed);
         let points = setup.scene.hand.surface_points(SURFACE_POINTS, &mut random);
         let surface = Tree::new(&points).unwrap();
         for (rate_rad_s, (all, count)) in RATES_RAD_S.iter().zip(&mut by_rate) {

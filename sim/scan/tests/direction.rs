@@ -5,17 +5,17 @@
 //! `SCANS=150 cargo test --release --workspace --test direction -- --nocapture` measures. `SEED` is the first scan's.
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
+mod common;
 
-use classifier::{Model, Provider};
+use classifier::Model;
+use common::{asked, held, mean, model};
 use icp_registration::{Parameters, Registrar};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use roi_crop::{Cropper, Frame};
 use sim_objects::ObjectClass;
-use sim_scan::{ScanParameters, Setup, Shot, View, capture_shots, dented};
+use sim_scan::{Setup, Shot, View, capture_shots};
 
-const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/model.onnx");
 const FIRST_SEED: u64 = 95_000;
 const EXPOSURE_S: f64 = 0.033;
 /// wrist_rotator's rate, rad/s, and what it takes to turn round at that rate, s: to rest and up again.
@@ -72,15 +72,7 @@ struct Object {
 
 impl Object {
     fn new(seed: u64) -> Self {
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let parameters = ScanParameters {
-            table_share: 0.0,
-            undented_share: 0.0,
-            ..ScanParameters::default()
-        };
-        let class = ObjectClass::ALL[seed as usize % ObjectClass::ALL.len()];
-        let object = dented(class, &parameters, &mut random).unwrap();
-        let setup = Setup::random(&object, &parameters, &mut random);
+        let (class, setup, _) = held(seed);
         Self { class, setup, seed }
     }
 
@@ -131,14 +123,6 @@ impl Object {
     }
 }
 
-fn mean(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let square = |value: &f64| (value - mean).powi(2);
-    let variance = values.iter().map(square).sum::<f64>() / (count - 1.0);
-    (mean, 1.96 * (variance / count).sqrt())
-}
-
 fn better(one: Taken, other: Taken) -> Taken {
     if other.time_s < one.time_s {
         other
@@ -149,10 +133,9 @@ fn better(one: Taken, other: Taken) -> Taken {
 
 #[test]
 fn to_go_to_the_nearer_end_first_is_as_good_as_any() {
-    let number = |name, default| std::env::var(name).map_or(default, |text| text.parse().unwrap());
-    let (scans, first_seed) = (number("SCANS", 4) as usize, number("SEED", FIRST_SEED));
+    let (scans, first_seed) = asked(4, FIRST_SEED);
     println!("{scans} scans from seed {first_seed}");
-    let mut model = Model::load(Path::new(MODEL), Provider::Cpu, "CPU").unwrap();
+    let mut model = model();
     // By distance: nearer end first, farther end first, the better of both, the better of two of the same order.
     let mut rows: [[Vec<Taken>; 4]; DISTANCES.len()] = Default::default();
     for seed in (first_seed..).take(scans) {

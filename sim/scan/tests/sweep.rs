@@ -5,11 +5,13 @@
 //! that something has broken. `SEED` is the first scan's.
 #![allow(clippy::unwrap_used)]
 
-use std::f64::consts::PI;
-use std::path::Path;
+mod common;
 
-use classifier::{Answer, Model, Provider};
+use std::f64::consts::PI;
+
+use classifier::{Answer, Model};
 use cloud::Tree;
+use common::{asked, held, mean, model};
 use icp_registration::{Parameters, Registrar, TimeOffset, TimeOffsets};
 use nalgebra::{Isometry3, Point3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -18,10 +20,9 @@ use rand_pcg::Pcg64Mcg;
 use roi_crop::{Cropper, Frame};
 use sim_camera::OBJECT_BOTTOM_Z_M;
 use sim_objects::ObjectClass;
-use sim_scan::{ScanParameters, Setup, Shot, View, capture_shots, dented};
+use sim_scan::{Setup, Shot, View, capture_shots};
 use view_capture::{ClockDifference, Spacing, SweepPlan};
 
-const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/model.onnx");
 const FIRST_SEED: u64 = 70_000;
 /// Joints between wrist and camera are off by up to this, the same whenever the wrist is at the same angle: 0.25°.
 const JOINT_ERROR_RAD: f64 = 0.0044;
@@ -78,15 +79,7 @@ struct Bench {
 
 impl Bench {
     fn new(seed: u64, range_rad: f64) -> Self {
-        let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let parameters = ScanParameters {
-            table_share: 0.0,
-            undented_share: 0.0,
-            ..ScanParameters::default()
-        };
-        let class = ObjectClass::ALL[seed as usize % ObjectClass::ALL.len()];
-        let object = dented(class, &parameters, &mut random).unwrap();
-        let setup = Setup::random(&object, &parameters, &mut random);
+        let (class, setup, mut random) = held(seed);
         let surface = setup.scene.hand.surface_points(SURFACE_POINTS, &mut random);
         let direction = |random: &mut Pcg64Mcg| {
             let direction: [f64; 3] = UnitSphere.sample(random);
@@ -257,23 +250,10 @@ impl Bench {
     }
 }
 
-/// Mean, and half of its 95 % confidence interval.
-fn mean(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let variance = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>()
-        / (count - 1.0);
-    (mean, 1.96 * (variance / count).sqrt())
-}
-
 /// Compares, and fails where the sweep is worse beyond chance.
 fn compare(range_rad: f64) {
-    let number = |name, default| std::env::var(name).map_or(default, |text| text.parse().unwrap());
-    let (scans, first_seed) = (number("SCANS", 8) as usize, number("SEED", FIRST_SEED));
-    let mut model = Model::load(Path::new(MODEL), Provider::Cpu, "CPU").unwrap();
+    let (scans, first_seed) = asked(8, FIRST_SEED);
+    let mut model = model();
     let mut pairs = vec![];
     let mut offsets = vec![];
     let mut views = [0, 0];
