@@ -151,7 +151,14 @@ impl Calibrator {
         );
         let used = if is_sweep {
             let rates_rad_s: Vec<f64> = captured.views.iter().map(|view| view.wrist_rate).collect();
-            steady_views(&rates_rad_s, view_count as usize)
+            let used = steady_views(&rates_rad_s, view_count as usize);
+            ensure!(
+                used.len() == view_count as usize,
+                "only {} views came while the wrist turned, and {view_count} are needed: the camera or this machine is slow; \
+                 call with views: {view_count}, at rest for each",
+                used.len()
+            );
+            used
         } else {
             (0..captured.views.len()).collect()
         };

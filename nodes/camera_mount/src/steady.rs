@@ -9,7 +9,8 @@
 const RATE_SHARE_MIN: f64 = 0.95;
 
 /// Numbers of at most `count` views, evenly spread over those that were taken at the sweep's own rate, by the rates of all
-/// views in their order (rad/s, with sign). None where nothing turned.
+/// views in their order (rad/s, with sign). Where fewer than `count` were, as where a busy machine delays joint states or images,
+/// those of all rates count. None where nothing turned.
 pub fn steady_views(rates_rad_s: &[f64], count: usize) -> Vec<usize> {
     // The range is longer than the way to its beginning, which the wrist goes in the other direction.
     let mut sorted: Vec<f64> = rates_rad_s.to_vec();
@@ -17,6 +18,9 @@ pub fn steady_views(rates_rad_s: &[f64], count: usize) -> Vec<usize> {
     let Some(&usual_rad_s) = sorted.get(sorted.len() / 2) else {
         return Vec::new();
     };
+    if usual_rad_s == 0.0 || usual_rad_s.is_nan() {
+        return Vec::new();
+    }
     let is_steady = |rate_rad_s: f64| {
         let share = rate_rad_s / usual_rad_s;
         (RATE_SHARE_MIN..=1.0 / RATE_SHARE_MIN).contains(&share)
@@ -26,9 +30,18 @@ pub fn steady_views(rates_rad_s: &[f64], count: usize) -> Vec<usize> {
         .filter(|(_, rate_rad_s)| is_steady(**rate_rad_s))
         .map(|(number, _)| number)
         .collect();
-    let count = count.min(steady.len());
+    if steady.len() >= count {
+        evenly_spread(&steady, count)
+    } else {
+        evenly_spread(&Vec::from_iter(0..rates_rad_s.len()), count)
+    }
+}
+
+/// At most `count` of the numbers, the first and the last among them.
+fn evenly_spread(numbers: &[usize], count: usize) -> Vec<usize> {
+    let count = count.min(numbers.len());
     (0..count)
-        .filter_map(|place| steady.get(place * (steady.len() - 1) / (count - 1).max(1)))
+        .filter_map(|place| numbers.get(place * (numbers.len() - 1) / (count - 1).max(1)))
         .copied()
         .collect()
 }
@@ -44,9 +57,17 @@ mod tests {
         rates.extend([1.15; 9]);
         rates.extend([0.6, 0.0]);
         assert_eq!(steady_views(&rates, 3), [7, 11, 15]);
-        assert_eq!(steady_views(&rates, 50), [7, 8, 9, 10, 11, 12, 13, 14, 15]);
+        assert_eq!(steady_views(&rates, 9), [7, 8, 9, 10, 11, 12, 13, 14, 15]);
         assert_eq!(steady_views(&rates, 1), [7]);
         assert!(steady_views(&rates, 0).is_empty());
+    }
+
+    #[test]
+    fn too_few_views_of_one_rate_are_joined_by_the_others() {
+        // What a machine that was busy left of a sweep.
+        let rates = [-1.15, 1.15, 1.15, 0.4, 0.9, 1.4];
+        assert_eq!(steady_views(&rates, 4), [0, 1, 3, 5]);
+        assert_eq!(steady_views(&rates, 8), [0, 1, 2, 3, 4, 5]);
     }
 
     #[test]
