@@ -67,9 +67,9 @@ pub enum PoseError {
         "the object would be {by_px:.0} pixels beyond the {edge} edge of the image; turn the head or move the arm"
     )]
     OutOfView {
-        /// Which edge.
+        /// The edge of the image: left, right, upper or lower.
         edge: &'static str,
-        /// How far beyond.
+        /// How far beyond it, pixels.
         by_px: f64,
     },
     /// The camera's own numbers make no sense.
@@ -85,7 +85,7 @@ pub enum PoseError {
 }
 
 impl PoseRules {
-    /// Does the gripper point up? `base_from_hand` with +z of the base up, and of the hand out along the gripper.
+    /// Checks that the gripper points up. `base_from_hand` with +z of the base up, and of the hand out along the gripper.
     ///
     /// # Errors
     /// By how much it leans too far.
@@ -100,7 +100,7 @@ impl PoseRules {
         })
     }
 
-    /// Is the whole place of the object in the camera's range and image? `camera_from_hand` into the optical frame (x right,
+    /// Checks that the whole object is in the camera's range and image. `camera_from_hand` into the optical frame (x right,
     /// y down, z forward).
     ///
     /// # Errors
@@ -138,7 +138,7 @@ impl PoseRules {
 }
 
 impl ImagePlane {
-    /// Is a point of positive depth in the image?
+    /// Checks that a point of positive depth (optical frame) is in the image.
     fn check(&self, point: &Point3<f64>) -> Result<(), PoseError> {
         let u = self.fx * point.x / point.z + self.cx;
         let v = self.fy * point.y / point.z + self.cy;

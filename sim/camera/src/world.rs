@@ -1,4 +1,4 @@
-//! What is before the camera: the hand as it is now.
+//! What the camera looks at: the hand, and what it holds now.
 
 use gripper::HandKind;
 use mesh::Mesh;
@@ -17,7 +17,7 @@ pub struct World {
 }
 
 impl World {
-    /// With an object, as it is held, in a hand of this kind, or none; the fingers touch it.
+    /// A hand of this kind, empty or with an object as it is held; the fingers touch the object.
     pub fn new(kind: HandKind, object: Option<Mesh>) -> Self {
         Self {
             scene: Scene::with_fingers(kind, object.as_ref(), None),
@@ -27,19 +27,19 @@ impl World {
         }
     }
 
-    /// Another object; the fingers stay where they were.
+    /// Takes the other world's object into the hand; the fingers stay where they were.
     pub fn hold(&mut self, other: Self) {
         self.object = other.object;
         self.draw();
     }
 
-    /// How far apart fingers are that hold the object, m; `None` for an empty hand.
+    /// Distance between fingers that touch the object, m; `None` for an empty hand.
     pub fn grasp_width_m(&self) -> Option<f64> {
         let width_m = self.object.as_ref().map(Scene::grasp_width_m);
         width_m.map(f64::from)
     }
 
-    /// Moves the fingers. Where the gripper says no number they stay: it does not know either.
+    /// Moves the fingers to a distance (m). One that is not finite is ignored.
     pub fn set_width(&mut self, width_m: f64) {
         if !width_m.is_finite() {
             return;

@@ -4,10 +4,10 @@ use mesh::Mesh;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Largest deviation of a size from the table.
+/// Largest relative deviation of a width or height from the traced object's.
 const SPREAD: f32 = 0.01;
 
-/// Scale of one specimen against the table, each factor within 1 ± 1 %.
+/// Factors from the traced object's size to a specimen's, each within 1 ± 1 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variation {
     /// Factor of the widths (x and y alike).
@@ -17,7 +17,7 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// Exactly the sizes of the table.
+    /// The traced object's own size.
     pub const NONE: Variation = Variation {
         width_scale: 1.0,
         height_scale: 1.0,
@@ -33,7 +33,7 @@ impl Variation {
         }
     }
 
-    /// Scales a mesh whose size is that of the table.
+    /// Scales a mesh of the traced object's size.
     pub fn apply(&self, mesh: &mut Mesh) {
         for vertex in &mut mesh.vertices {
             vertex.x *= self.width_scale;

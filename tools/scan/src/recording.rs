@@ -10,21 +10,21 @@ use tokio::sync::Notify;
 
 /// How long a stage may take to be found.
 const STAGE_PATIENCE: Duration = Duration::from_secs(10);
-/// How long the clouds of a scan may take to come after its answer: they are said again each second.
+/// How long the clouds of a scan may take to come after its answer, which has a connection of its own.
 const CLOUDS_PATIENCE: Duration = Duration::from_secs(5);
 
-/// Everything of one scan.
+/// What the stages published of one scan.
 #[derive(Clone, Default)]
 pub struct Recorded {
-    /// By index.
+    /// Views by their index.
     pub views: BTreeMap<u32, View>,
-    /// Of all views.
+    /// The registered cloud of all views.
     pub registered: RegisteredCloud,
-    /// Cut out of it.
+    /// The object's cloud, cropped from it.
     pub object: ObjectCloud,
 }
 
-/// By scan id: another may be running when this one is asked for.
+/// Scans by their id: another scan may be running when this one is asked for.
 type Scans = BTreeMap<String, Recorded>;
 
 #[derive(Default)]
@@ -33,7 +33,7 @@ struct Heard {
     news: Notify,
 }
 
-/// Keeps all that is heard.
+/// Keeps all views and clouds that are published.
 pub struct Recording {
     heard: Arc<Heard>,
     _links: [Subscriber; 3],

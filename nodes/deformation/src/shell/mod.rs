@@ -10,9 +10,9 @@ use nalgebra::{Point3, Vector3};
 use crate::layer::Layer;
 use resample::resampled;
 
-/// As many vertices, about.
+/// Approximate number of vertices of the coarse mesh.
 const VERTICES: f64 = 1500.0;
-/// Chosen vertices are so much farther apart, on average, than they must be.
+/// Mean distance between neighbouring vertices of the coarse mesh, by the least one that resampling allows.
 const SPREAD: f64 = 1.15;
 /// Share of the length at each end that is stiff: a can's lids, a cup's base and rim. As in the paper, Sec. IV-B.
 const STIFF_SHARE: f64 = 0.05;
@@ -21,7 +21,7 @@ const PAD_RADIUS_M: f64 = 0.006;
 /// Share of the unevenness below a pad, which is of rubber, that the pad flattens.
 const PAD_FLATNESS: f64 = 0.8;
 
-/// Where a pad presses, and how far.
+/// Where a finger pad presses, and how far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pad {
     /// On the undeformed surface.
@@ -31,7 +31,7 @@ pub(crate) struct Pad {
     pub depth_m: f64,
 }
 
-/// A place of the surface as a mean of three vertices.
+/// A point of the surface, by its barycentric coordinates in a triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Spot {
     vertices: [u32; 3],
@@ -51,7 +51,7 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
-    /// Of a mesh that stands up, without the inside of a hollow.
+    /// The outside of an upright mesh; the inside of a hollow, as of a cup, is left out.
     ///
     /// # Errors
     /// A mesh that cannot be deformed.
@@ -97,7 +97,7 @@ impl Shell {
         })
     }
 
-    /// Two pads that are moved together.
+    /// Prepares two pads that press at the same time.
     pub(crate) fn press(&self, pads: &[Pad; 2]) -> Result<Press<'_>, ArapError> {
         let mut handles: Vec<(u32, usize)> = Vec::new();
         for (number, pad) in pads.iter().enumerate() {
@@ -116,7 +116,7 @@ impl Shell {
         })
     }
 
-    /// Vertices that a pad touches: at least the nearest that may move.
+    /// The free vertices that a pad touches; where there is none, the nearest free one.
     fn below(&self, pad: &Pad) -> Vec<u32> {
         let centre = pad.centre.cast::<f32>();
         let found = self.tree.within(&centre, PAD_RADIUS_M as f32);
@@ -136,7 +136,7 @@ impl Shell {
         nearest.map(|vertex| vertex as u32).into_iter().collect()
     }
 
-    /// The place of the surface nearest to a point.
+    /// The point of the surface nearest to a given one.
     pub(crate) fn spot(&self, place: &Point3<f64>) -> Spot {
         let nearest = self.tree.nearest(&place.cast()).index;
         let mut best = (
@@ -189,7 +189,7 @@ impl Press<'_> {
 }
 
 impl Spot {
-    /// What is there of a vector that each vertex has.
+    /// Interpolates a vector that is given at each vertex.
     pub fn of(&self, vectors: &[Vector3<f64>]) -> Vector3<f64> {
         mean(self.shares, self.vertices.map(|v| vectors[v as usize]))
     }
@@ -215,7 +215,7 @@ fn shares(corners: [Point3<f64>; 3], place: &Point3<f64>) -> [f64; 3] {
     shares.map(|share| share / sum)
 }
 
-/// Triangles whose middles lie on the outer layer.
+/// The triangles whose centroids are nearer to the outer layer than to the hollow's.
 fn outside(mesh: &Mesh, outer: &Layer, hollow: Option<&Layer>) -> Mesh {
     let is_outside = |triangle: &&[u32; 3]| {
         let corners = mesh.corners(triangle);
