@@ -6,6 +6,7 @@ use parameter::{ParameterError, in_range};
 use serde::{Deserialize, Serialize};
 
 use crate::data::mesh_clouds::MeshSampling;
+use crate::data::split::SplitSettings;
 use crate::network::start::Start;
 use crate::network::{Architecture, Head, NetworkKind, PaperArchitecture};
 use crate::training::trainer::TrainingParameters;
@@ -123,6 +124,15 @@ impl Settings {
             return Err(ParameterError::new("head", "flatten", allowed).into());
         }
         Ok(self.scans.registration.validate()?)
+    }
+
+    /// How datasets are split.
+    pub fn split(&self) -> SplitSettings {
+        SplitSettings {
+            seed: self.seed,
+            test_share: self.meshes.test_share,
+            validation_share: self.meshes.validation_share,
+        }
     }
 
     /// How clouds are centred.

@@ -8,7 +8,7 @@ mod scans;
 pub mod simulate;
 pub mod source;
 pub mod specimens;
-mod split;
+pub(crate) mod split;
 pub mod trained_on;
 
 pub use clouds::{LabelledClouds, Split};

@@ -10,7 +10,7 @@ use super::clouds::{LabelledClouds, Split};
 use super::mesh_dataset::{MeshDataset, MeshFile};
 use super::simulate::simulate;
 use super::specimens::Labelled;
-use super::split::{SplitSettings, split};
+use super::split::split;
 use crate::kept;
 use crate::progress::Stage;
 use crate::settings::Settings;
@@ -23,7 +23,7 @@ pub(super) fn scan(
     show: &(impl Fn(Stage) + Sync),
 ) -> Result<LabelledClouds> {
     let mut random = Pcg64Mcg::seed_from_u64(settings.seed);
-    let split = split(dataset, &SplitSettings::of(settings))?;
+    let split = split(dataset, &settings.split())?;
     let none = metadata.labels.len() as u32;
     let labelled = |each, strangers, near, part| -> Result<Vec<Labelled>> {
         let meshes = |object: &str| meshes_of(dataset, &split, object, part);
@@ -68,7 +68,7 @@ pub(super) fn scan_to_keep(
 ) -> Result<LabelledClouds> {
     // Others than those of training.
     let mut random = Pcg64Mcg::seed_from_u64(!settings.seed);
-    let split = split(dataset, &SplitSettings::of(settings))?;
+    let split = split(dataset, &settings.split())?;
     let none = metadata.labels.len() as u32;
     let fit = kept::SCANS.min(settings.specimens_per_class);
     let labelled = |count: usize, part| -> Result<Vec<Labelled>> {

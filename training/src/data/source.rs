@@ -10,7 +10,6 @@ use super::clouds::{LabelledClouds, Split};
 use super::mesh_clouds;
 use super::mesh_dataset::{MeshDataset, sorted_labels};
 use super::scans::{scan, scan_to_keep};
-use super::split::SplitSettings;
 use super::trained_on::TrainedOn;
 use crate::code;
 use crate::network::NetworkKind;
@@ -88,7 +87,7 @@ impl Source {
         let (Self::Scans(dataset) | Self::ScansOf(dataset) | Self::Meshes(dataset)) = self;
         TrainedOn {
             manifests: dataset.manifests.clone(),
-            split: SplitSettings::of(settings),
+            split: settings.split(),
         }
     }
 

@@ -14,7 +14,6 @@ use sim_dataset::digest::hex_digest;
 
 use super::clouds::Split;
 use super::mesh_dataset::{MeshDataset, MeshFile};
-use crate::settings::Settings;
 
 /// What determines the split of a dataset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,17 +24,6 @@ pub struct SplitSettings {
     pub test_share: f64,
     /// Share of the other meshes in the validation set, 0 to 1.
     pub validation_share: f64,
-}
-
-impl SplitSettings {
-    /// The split settings of a training run.
-    pub fn of(settings: &Settings) -> Self {
-        Self {
-            seed: settings.seed,
-            test_share: settings.meshes.test_share,
-            validation_share: settings.meshes.validation_share,
-        }
-    }
 }
 
 /// A dent regardless of rotation, mirroring and swapping of the fingers, which do not change a solid of revolution: the
