@@ -3,8 +3,8 @@ use std::collections::BTreeMap;
 
 use super::*;
 
-fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
-    let mut cubes: BTreeMap<[i32; 3], Vec<Point3<f32>>> = BTreeMap::new();
+fn by_cube(points: &[Point3<f32>], size_m: f32) -> BTreeMap<[i32; 3], Vec<Point3<f32>>> {
+    let mut cubes = BTreeMap::<_, Vec<_>>::new();
     for point in points {
         let cube = point
             .coords
@@ -12,6 +12,10 @@ fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
         cubes.entry(cube.into()).or_default().push(*point);
     }
     cubes
+}
+
+fn downsample_slow(points: &[Point3<f32>], size_m: f32) -> Vec<Point3<f32>> {
+    by_cube(points, size_m)
         .values()
         .map(|points| crate::centroid(points).unwrap())
         .collect()
@@ -41,13 +45,7 @@ fn agrees_with_an_ordered_map() {
 }
 
 fn without_noise_slow(points: &[Point3<f32>], size_m: f32, shares: [f32; 2]) -> Vec<Point3<f32>> {
-    let mut cubes: BTreeMap<[i32; 3], Vec<Point3<f32>>> = BTreeMap::new();
-    for point in points {
-        let cube = point
-            .coords
-            .map(|coordinate| (coordinate / size_m).floor() as i32);
-        cubes.entry(cube.into()).or_default().push(*point);
-    }
+    let cubes = by_cube(points, size_m);
     let around = |cube: &[i32; 3]| -> Vec<usize> {
         let neighbours = (0..3).flat_map(|axis| [-1, 1].map(|step| (axis, step)));
         let count = |(axis, step): (usize, i32)| {

@@ -48,6 +48,13 @@ fn progress() -> Progress {
     Progress::new(Parameters::default())
 }
 
+/// After the first view of scan a.
+fn begun() -> Progress {
+    let mut progress = progress();
+    progress.on_view(view("a", 0)).unwrap();
+    progress
+}
+
 #[test]
 fn a_scan_grows_view_by_view() {
     let mut progress = progress();
@@ -87,8 +94,7 @@ fn kinematics_put_the_cloud_into_the_hand() {
 
 #[test]
 fn views_that_come_again_change_nothing() {
-    let mut progress = progress();
-    progress.on_view(view("a", 0)).unwrap();
+    let mut progress = begun();
     assert!(progress.on_view(view("a", 0)).is_none());
     progress.on_view(view("a", 1)).unwrap();
     progress.on_view(view("a", 2)).unwrap();
@@ -140,8 +146,7 @@ fn a_scan_that_ends_early_is_complete_with_what_it_has() {
 
 #[test]
 fn an_early_end_after_a_lost_view_is_an_error() {
-    let mut progress = progress();
-    progress.on_view(view("a", 0)).unwrap();
+    let mut progress = begun();
     let message = progress.on_view(end("a", 2)).unwrap();
     assert!(
         message.complete && message.error.contains("view 2 of 2 never came"),
@@ -162,8 +167,7 @@ fn a_failed_scan_is_complete() {
 
 #[test]
 fn an_error_of_an_earlier_stage_is_passed_on_once() {
-    let mut progress = progress();
-    progress.on_view(view("a", 0)).unwrap();
+    let mut progress = begun();
     let failed = View {
         kind: View::FAILED,
         error: "view_capture: no cloud came".into(),
@@ -219,8 +223,7 @@ fn a_bad_view_ends_the_scan_under_its_id() {
 
 #[test]
 fn a_view_that_never_came_is_missed() {
-    let mut progress = progress();
-    progress.on_view(view("a", 0)).unwrap();
+    let mut progress = begun();
     let error = progress.on_view(view("a", 2)).unwrap().error;
     assert!(error.contains("view 2 of 3 never came"), "{error}");
 }
@@ -238,8 +241,7 @@ fn a_node_started_late_keeps_still_until_it_knows_that_the_scan_goes_on() {
 
 #[test]
 fn an_abandoned_scan_takes_no_more_views() {
-    let mut progress = progress();
-    progress.on_view(view("a", 0)).unwrap();
+    let mut progress = begun();
     progress.abandon();
     assert!(progress.on_view(view("a", 1)).is_none());
     assert!(progress.on_view(view("b", 0)).is_some());

@@ -24,20 +24,19 @@ impl Bench {
         }
     }
 
+    fn running(name: &str, stamp_s: i64) -> Self {
+        let mut bench = Self::new();
+        bench.receive(name, stamp_s);
+        bench.start();
+        bench
+    }
+
     fn receive(&mut self, name: &str, stamp_s: i64) -> Vec<(String, Status)> {
-        let ended = self.goals.receive(id(name, stamp_s), 3, self.now);
-        ended
-            .into_iter()
-            .map(|state| (state.id.id, state.status))
-            .collect()
+        statuses(self.goals.receive(id(name, stamp_s), 3, self.now))
     }
 
     fn cancel(&mut self, name: &str, stamp_s: i64) -> Vec<(String, Status)> {
-        let ended = self.goals.cancel(&id(name, stamp_s), self.now);
-        ended
-            .into_iter()
-            .map(|state| (state.id.id, state.status))
-            .collect()
+        statuses(self.goals.cancel(&id(name, stamp_s), self.now))
     }
 
     fn finish(&mut self, outcome: Outcome) -> (String, Status) {
@@ -50,11 +49,13 @@ impl Bench {
     }
 
     fn statuses(&mut self) -> Vec<(String, Status)> {
-        let list = self.goals.list(self.now);
-        list.into_iter()
-            .map(|state| (state.id.id, state.status))
-            .collect()
+        statuses(self.goals.list(self.now))
     }
+}
+
+fn statuses(states: Vec<GoalState>) -> Vec<(String, Status)> {
+    let named = |state: GoalState| (state.id.id, state.status);
+    states.into_iter().map(named).collect()
 }
 
 fn is(name: &str, status: Status) -> (String, Status) {
@@ -84,9 +85,7 @@ fn a_goal_waits_runs_ends_and_is_forgotten() {
 
 #[test]
 fn a_new_goal_preempts_the_running_one_and_replaces_the_waiting_one() {
-    let mut bench = Bench::new();
-    bench.receive("a", 10);
-    bench.start();
+    let mut bench = Bench::running("a", 10);
     assert!(!bench.goals.is_preempting());
     assert!(bench.receive("b", 11).is_empty());
     assert!(bench.goals.is_preempting());
@@ -99,9 +98,7 @@ fn a_new_goal_preempts_the_running_one_and_replaces_the_waiting_one() {
 
 #[test]
 fn a_goal_that_ends_well_while_it_is_preempted_has_succeeded() {
-    let mut bench = Bench::new();
-    bench.receive("a", 10);
-    bench.start();
+    let mut bench = Bench::running("a", 10);
     bench.cancel("a", 0);
     assert_eq!(bench.finish(Outcome::Succeeded), is("a", Status::Succeeded));
 }
@@ -116,9 +113,7 @@ fn a_waiting_goal_is_cancelled_by_name_by_stamp_and_with_all() {
         ("", 10, false),
         ("a", 11, true),
     ] {
-        let mut bench = Bench::new();
-        bench.receive("a", 10);
-        bench.start();
+        let mut bench = Bench::running("a", 10);
         bench.receive("b", 11);
         let recalled = vec![is("b", Status::Recalled); usize::from(is_cancelled)];
         assert_eq!(bench.cancel(name, stamp_s), recalled, "{name} {stamp_s}");
@@ -137,9 +132,7 @@ fn a_running_goal_is_cancelled_by_name_by_stamp_and_with_all() {
         ("", 9, false),
         ("other", 10, true),
     ] {
-        let mut bench = Bench::new();
-        bench.receive("a", 10);
-        bench.start();
+        let mut bench = Bench::running("a", 10);
         assert!(bench.cancel(name, stamp_s).is_empty());
         assert_eq!(
             bench.goals.is_preempting(),
@@ -167,9 +160,7 @@ fn a_cancellation_may_overtake_its_goal() {
 
 #[test]
 fn goals_count_once_and_in_the_order_of_their_stamps() {
-    let mut bench = Bench::new();
-    bench.receive("a", 10);
-    bench.start();
+    let mut bench = Bench::running("a", 10);
     assert!(bench.receive("a", 10).is_empty());
     assert!(
         !bench.goals.is_preempting(),

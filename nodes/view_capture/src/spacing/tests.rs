@@ -6,6 +6,11 @@ const PLAN: SweepPlan = SweepPlan {
     to_rad: 1.85,
     count: 13,
 };
+const BACK: SweepPlan = SweepPlan {
+    from_rad: 1.85,
+    to_rad: 0.65,
+    count: 13,
+};
 
 /// The angles of the views, where images come each `image_rad`.
 fn taken(plan: &SweepPlan, image_rad: f64) -> Vec<(f64, Place)> {
@@ -20,12 +25,7 @@ fn taken(plan: &SweepPlan, image_rad: f64) -> Vec<(f64, Place)> {
 
 #[test]
 fn views_are_evenly_spaced_and_the_last_one_is_known_as_such() {
-    let back = SweepPlan {
-        from_rad: 1.85,
-        to_rad: 0.65,
-        count: 13,
-    };
-    for plan in [PLAN, back] {
+    for plan in [PLAN, BACK] {
         let views = taken(&plan, 0.038);
         assert_eq!(views.len(), 13);
         assert_eq!(views[0].0, plan.from_rad);
@@ -73,12 +73,7 @@ fn a_sweep_that_is_no_wider_than_the_ramp_has_one_view() {
 
 #[test]
 fn a_wrist_within_the_range_looks_on_its_way_to_the_beginning_and_at_no_place_twice() {
-    let back = SweepPlan {
-        from_rad: 1.85,
-        to_rad: 0.65,
-        count: 13,
-    };
-    for plan in [PLAN, back] {
+    for plan in [PLAN, BACK] {
         let mut spacing = Spacing::from_within(&plan);
         let angle_rad = |turned_rad: f64| plan.from_rad + plan.direction() * turned_rad;
         let turned_rad =
