@@ -86,7 +86,7 @@ def test_three_own_objects_are_recorded_learned_and_named(sim, core, launch, exe
             print(name, found.label, found.known, found.probability, found.known_score, found.known_threshold, found.reason)
             assert sorted(found.labels) == sorted(OWN)
             answers.append((found.label == name, found.known))
-    # So short a training leaves one answer in ten unknown by design: the threshold accepts 95 % of its validation clouds.
+    # One answer in twenty is unknown by design, since the threshold accepts 95 % of the validation clouds.
     assert sum(right for right, _ in answers) >= 8
     assert sum(right and known for right, known in answers) >= 6
 
