@@ -24,7 +24,10 @@ pub(crate) fn order() {
     });
 }
 
-/// SIGINT, SIGTERM and SIGHUP order it from now on.
+/// Installs handlers: SIGINT, SIGTERM and SIGHUP order the shutdown.
+///
+/// # Errors
+/// A handler cannot be installed.
 pub(crate) fn order_on_signals() -> io::Result<()> {
     for kind in [
         SignalKind::interrupt(),

@@ -26,7 +26,7 @@ const RETRY_MAX: Duration = Duration::from_secs(1);
 /// What a subscriber may expect of its topic.
 #[derive(Debug, Clone, Copy)]
 pub struct Expect {
-    /// Messages kept while the callback is busy; the oldest go first.
+    /// Queue length: messages kept while the callback is busy. When it is full, the oldest one is dropped.
     pub queue: usize,
     /// A silence that diagnostics call a trouble; `None` where nobody need publish the topic.
     pub silence_max: Option<Duration>,

@@ -1,6 +1,6 @@
 //! Which end of the range to go to first in a scan that ends once its answer is sure: how far and how long the wrist turns until then
 //! with the nearer end first, as `view_capture` does, with the farther end first, and with an oracle that always knows the better
-//! of the two orders. The better of two scans with the same order shows how much of the oracle's gain is chance.
+//! of the two orders. The baseline is the better of two scans with the same order: what the oracle gains beyond it is not chance.
 //!
 //! `SCANS=150 cargo test --release --workspace --test direction -- --nocapture` measures. `SEED` is the first scan's.
 #![allow(clippy::unwrap_used)]

@@ -12,7 +12,7 @@ use common::{FEW, files, labels, output, spool, teach};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Where the features are replaced and the model is not yet, the model of before stays in force.
+/// A kill between the two renames leaves new features beside the old model; the old model stays in force then.
 #[test]
 fn a_change_that_is_killed_between_two_files_leaves_a_model_in_force() {
     let folder = tempfile::tempdir().unwrap();
@@ -70,7 +70,7 @@ fn a_full_disk_leaves_the_model_in_force() {
             "{limit_kb} kB changed a file"
         );
     }
-    // For a new model, not even a folder is left: an empty one of references would count as one.
+    // For a new model not even the folder of references is left: an empty one would be taken for the model's references.
     let new = folder.path().join("new/taught.onnx");
     let words = [
         &["second", "--scan", scan, "--model", new.to_str().unwrap()],

@@ -1,4 +1,4 @@
-//! What is taught, listed, renamed, forgotten and taken back, and what is refused.
+//! The program `teach` on files: teaching, `--list`, `--rename`, `--forget`, `--undo`, and bad input that it refuses.
 #![allow(clippy::unwrap_used)]
 
 mod common;

@@ -163,7 +163,7 @@ impl Figures {
     /// Puts the summary into a Markdown file.
     ///
     /// # Errors
-    /// The file cannot be read or written, or lacks the two marks between which the summary stands.
+    /// The file cannot be read or written, or lacks the markers at the beginning and the end of the summary.
     pub fn write_within(&self, path: &Path) -> Result<()> {
         let named = || path.display().to_string();
         let text = fs::read_to_string(path).with_context(named)?;

@@ -20,7 +20,7 @@ pub struct Tests {
 pub struct KnownRow {
     /// Which objects.
     pub data: String,
-    /// Whether these are the very objects of training, others of their kind, or those of a dataset.
+    /// How these objects relate to training: the very same ones, others of the same kind, or those of a dataset.
     pub are: Objects,
     /// What was seen of them.
     pub seen: String,

@@ -80,7 +80,7 @@ impl Bench {
         names.get(index).cloned().unwrap_or_default()
     }
 
-    /// A caller of the service, who hangs up some time.
+    /// A service call whose caller disconnects at a random time.
     fn call_service(&mut self) {
         let (world, scanner) = (Arc::clone(&self.world), Arc::clone(&self.scanner));
         let (patience, views) = (world.millis(60_000), world.below(5) as u32);

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 /// Few dents and scans: what is taught so is told badly, but in seconds.
 pub const FEW: [&str; 4] = ["--dents", "4", "--scans", "6"];
 
-/// The program with these words as arguments.
+/// The command that runs `teach` with these arguments.
 pub fn teach(words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_teach"));
     command.args(words).stdin(Stdio::null());
