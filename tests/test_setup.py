@@ -9,7 +9,7 @@ import pytest
 @pytest.fixture
 def install(checkout, tmp_path):
     """Runs setup/install with stand-ins for some of the system's programs; returns exit code and what it printed."""
-    def run(os_release=None, skip='', **stand_ins):
+    def run(os_release=None, skip='', arguments=(), **stand_ins):
         variables = {'SETUP_SKIP_PACKAGES': skip}
         if os_release:
             (tmp_path / 'os-release').write_text(os_release)
@@ -18,7 +18,7 @@ def install(checkout, tmp_path):
             program = tmp_path / name.replace('_', '-')
             program.write_text(f'#!/bin/bash\n{script}\n')
             program.chmod(0o755)
-        done = subprocess.run([checkout / 'setup' / 'install'], env={**os.environ, **variables, 'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
+        done = subprocess.run([checkout / 'setup' / 'install', *arguments], env={**os.environ, **variables, 'PATH': f'{tmp_path}:{os.environ["PATH"]}'},
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         return done.returncode, done.stdout
     return run
@@ -41,6 +41,16 @@ def test_refuses_a_missing_cargo(install):
     code, printed = install(dpkg_query='echo -n installed', cargo='exit 127')
     assert code == 1
     assert 'none was found' in printed
+
+
+@pytest.mark.built
+@pytest.mark.parametrize('package, cleaned', [('ros-std-msgs', True), ('chromium', False)])
+def test_messages_compiled_before_their_definitions_came_are_compiled_again(install, tmp_path, package, cleaned):
+    code, printed = install(id='echo 0', dpkg_query=f'[ "$3" = {package} ] || echo -n installed', apt_get='',
+                            cargo=f'echo "cargo 1.95.0 (somewhere)"; echo "$@" >>{tmp_path}/calls', arguments=[package])
+    assert code == 0, printed
+    assert f'setup: installing {package}\n' in printed
+    assert ('clean --quiet --release --package rosrust_msg' in (tmp_path / 'calls').read_text()) == cleaned
 
 
 needs_no_opt = pytest.mark.skipif(os.path.exists('/opt/ros/noetic/setup.bash'), reason='/opt/ros/noetic comes first')

@@ -18,7 +18,8 @@ pub(crate) enum Sameness {
 ///
 /// The gripper is the same in all views, so that it tells a pose that is wrong (it is contradicted, too) from an object that
 /// has changed (only the object is contradicted), and from one that has moved in the fingers (the pose that fits the object
-/// does not fit the gripper).
+/// does not fit the gripper). Of a hand that was empty and still is only the fingers are seen, too little to say that anything
+/// has changed: it is the same, or the pose is wrong.
 ///
 /// # Errors
 /// The object is gone, is another, moved in the fingers, or was put in meanwhile.
@@ -31,6 +32,14 @@ pub(crate) fn same_object(
     let differs = |comparison: &Comparison| comparison.object.largest() > limits.max_change;
     let fits_gripper =
         |comparison: &Comparison| comparison.gripper.largest() <= limits.max_gripper_change;
+    if found.was_empty && found.is_empty {
+        let is_misplaced = differs(found) && !fits_gripper(found);
+        return Ok(if is_misplaced {
+            Sameness::Misplaced
+        } else {
+            Sameness::Same
+        });
+    }
     let pose = if fits_gripper(found) {
         *found
     } else {
@@ -54,4 +63,52 @@ pub(crate) fn same_object(
         (true, false) => RegistrationError::PutIn { new },
         (false, false) | (true, true) => RegistrationError::Swapped { gone, new },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::visibility::Change;
+
+    fn sameness(comparison: Comparison) -> Result<Sameness, RegistrationError> {
+        same_object(
+            &comparison,
+            || Ok(comparison),
+            0.004,
+            &Parameters::default(),
+        )
+    }
+
+    /// A pose that is a little off moves the fingers, which are all that is seen.
+    #[test]
+    fn fingers_that_hold_nothing_are_no_other_object() {
+        let moved = Change {
+            gone: 0.02,
+            new: 0.17,
+        };
+        let empty = Comparison {
+            object: moved,
+            gripper: Change::default(),
+            was_empty: true,
+            is_empty: true,
+        };
+        assert_eq!(sameness(empty), Ok(Sameness::Same));
+        let gripper = Change {
+            gone: 0.5,
+            new: 0.0,
+        };
+        assert_eq!(
+            sameness(Comparison { gripper, ..empty }),
+            Ok(Sameness::Misplaced)
+        );
+        let held = Comparison {
+            was_empty: false,
+            is_empty: false,
+            ..empty
+        };
+        assert!(matches!(
+            sameness(held),
+            Err(RegistrationError::Swapped { .. })
+        ));
+    }
 }

@@ -81,9 +81,10 @@ pub struct Comparison {
     pub object: Change,
     /// The gripper below, of which all views should see the same.
     pub gripper: Change,
-    /// Whether the views before saw nothing over the fingertips, where an object would be.
+    /// Whether one of the views before looked through the hand's axis over the fingertips, where an object would be. A finger
+    /// that hides the axis from one camera does not hide it from another.
     pub was_empty: bool,
-    /// Whether the new view sees nothing there.
+    /// Whether the new view looks through it.
     pub is_empty: bool,
 }
 
@@ -142,7 +143,7 @@ impl Sights {
         Comparison {
             object: part(true),
             gripper: part(false),
-            was_empty: self.seen.iter().all(|before| before.is_free(&inside)),
+            was_empty: self.seen.iter().any(|before| before.is_free(&inside)),
             is_empty: sight.is_free(&inside),
         }
     }
