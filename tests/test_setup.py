@@ -49,8 +49,22 @@ def test_messages_compiled_before_their_definitions_came_are_compiled_again(inst
     code, printed = install(id='echo 0', dpkg_query=f'[ "$3" = {package} ] || echo -n installed', apt_get='',
                             cargo=f'echo "cargo 1.95.0 (somewhere)"; echo "$@" >>{tmp_path}/calls', arguments=[package])
     assert code == 0, printed
-    assert f'setup: installing {package}\n' in printed
+    assert f'setup: installing {package}' in printed
     assert ('clean --quiet --release --package rosrust_msg' in (tmp_path / 'calls').read_text()) == cleaned
+
+
+def test_a_build_without_message_definitions_says_what_to_run(checkout, tmp_path):
+    script = tmp_path / 'script'
+    subprocess.run(['rustc', '--edition=2024', '-o', script, checkout / 'msg' / 'build.rs'], check=True)
+    (tmp_path / 'b' / 'std_srvs').mkdir(parents=True)
+
+    def errors(path):
+        printed = subprocess.run([script], env={'ROSRUST_MSG_PATH': path}, check=True, stdout=subprocess.PIPE, text=True).stdout
+        return [line for line in printed.splitlines() if line.startswith('cargo::error=')]
+    # A package may be in either of two places.
+    error, = errors(f'{tmp_path}/a/std_srvs:{tmp_path}/a/std_msgs:{tmp_path}/b/std_srvs:{tmp_path}/b/std_msgs')
+    assert 'missing: std_msgs. Run `make setup`' in error
+    assert errors(f'{tmp_path}/a/std_srvs:{tmp_path}/b/std_srvs') == []
 
 
 needs_no_opt = pytest.mark.skipif(os.path.exists('/opt/ros/noetic/setup.bash'), reason='/opt/ros/noetic comes first')

@@ -15,7 +15,8 @@ exit 1
 def test_installs_from_a_folder_of_another_name(shell, checkout, executables, tmp_path):
     (tmp_path / 'src').mkdir()
     (tmp_path / 'src' / 'another_name').symlink_to(checkout)
-    shell('catkin_make install -DPYTHON_EXECUTABLE=/usr/bin/python3', timeout_s=500)
+    # By its default catkin_make starts one job at a time where the machine has other work.
+    shell('catkin_make install -DPYTHON_EXECUTABLE=/usr/bin/python3', timeout_s=500, ROS_PARALLEL_JOBS='-j2')
 
     in_installed = f'source {tmp_path}/install/setup.bash && cd / && '
     assert shell(in_installed + 'rospack find deformable_cobot').strip() == f'{tmp_path}/install/share/deformable_cobot'
