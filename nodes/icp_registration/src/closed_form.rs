@@ -1,4 +1,4 @@
-//! The rigid motion that brings pairs of points together best.
+//! Closed-form rigid alignment of paired points (the Kabsch or Umeyama algorithm): one step of point-to-point ICP.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
