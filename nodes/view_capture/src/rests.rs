@@ -102,6 +102,15 @@ impl<C: Clone> Rests<C> {
         self.view()
     }
 
+    /// Takes back a view whose cloud, of this stamp, is of no use: while the wrist rests, a later cloud becomes the view.
+    pub fn take_back(&mut self, stamp: Duration) {
+        self.clouds.retain(|(other, _)| *other > stamp);
+        if let Some(rest) = self.rest.as_mut().filter(|rest| rest.since <= stamp) {
+            rest.viewed = false;
+            self.viewed_rad = None;
+        }
+    }
+
     /// The first cloud of the rest, unless it was given before.
     fn view(&mut self) -> Option<RestView<C>> {
         let rest = self.rest.as_mut().filter(|rest| !rest.viewed)?;

@@ -6,7 +6,8 @@ use baxter::JointSample;
 use msg::deformable_cobot::View;
 use msg::sensor_msgs::{JointState, PointCloud2};
 use msg::view::{failed, new_scan_id};
-use msg::{robot, stamp};
+use msg::{Time, robot, stamp};
+use node::transforms::TransformError;
 use node::{Clock, Expect, Latch, Node, Publisher, Transforms, Tuned};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
@@ -75,9 +76,12 @@ pub async fn watch(
             }
         }
     })?;
-    node.clock().on_jump(move || {
-        lock(&watched).reset();
-        let _ = events.send(Event::Jumped);
+    node.clock().on_jump({
+        let watched = Arc::clone(&watched);
+        move || {
+            lock(&watched).reset();
+            let _ = events.send(Event::Jumped);
+        }
     });
     loop {
         let event = tokio::select! {
@@ -85,7 +89,11 @@ pub async fn watch(
             Some(event) = heard.recv() => event,
         };
         match event {
-            Event::Rested(view) => scans.add(view).await,
+            Event::Rested(view) => {
+                if let Err(BeforeTf(stamp)) = scans.add(view).await {
+                    lock(&watched).rests.take_back(stamp::since_epoch(stamp));
+                }
+            }
             Event::Swept(views) => scans.add_sweep(views).await,
             Event::Jumped => scans.forget(),
         }
@@ -153,6 +161,10 @@ struct Scans {
     unfinished: Option<Unfinished>,
 }
 
+/// The stamp of an image that was taken before the first transform. rosbag begins to record each topic at another time, so that
+/// the first images of a bag are such ones.
+struct BeforeTf(Time);
+
 struct Unfinished {
     number: u64,
     id: String,
@@ -177,7 +189,7 @@ impl Scans {
     }
 
     /// The hand's pose is looked up at once: TF is soon forgotten.
-    async fn add(&mut self, rested: RestView<Arc<Shot>>) {
+    async fn add(&mut self, rested: RestView<Arc<Shot>>) -> Result<(), BeforeTf> {
         let parameters = self.parameters.now();
         self.sweep.set_rules(parameters.sweep_rules());
         let (shot, angle_rad) = (&rested.cloud, rested.angle_rad);
@@ -200,39 +212,61 @@ impl Scans {
                 });
                 views.into_iter().for_each(|view| self.publish(view));
             }
+            Err(error) if is_before_tf(&error) => return Err(BeforeTf(moment)),
             Err(error) => {
                 self.sweep.reset();
                 self.fail(&format!("the view at {angle_rad:.2} rad: {error:#}"));
             }
         }
+        Ok(())
     }
 
-    /// Publishes the views of a sweep, which has ended.
+    /// Publishes the views of a sweep, which has ended; without the first ones, where they are older than TF.
     async fn add_sweep(&mut self, swept: Vec<PassageView<Arc<Shot>>>) {
-        let parameters = self.parameters.now();
-        let (scan_id, count) = (new_scan_id(), swept.len() as u32);
+        let scan_id = new_scan_id();
+        let views = match self.views_of_sweep(swept).await {
+            Ok(views) => views,
+            Err(error) => {
+                log::error!("scan {scan_id}: {error}");
+                let error = format!("view_capture: {error}");
+                return self.views.send(failed(&scan_id, error, self.clock.now()));
+            }
+        };
+        let count = views.len() as u32;
         log::info!("scan {scan_id}: {count} views of a sweep");
-        for (index, seen) in (0..).zip(swept) {
+        for (index, view) in (0..).zip(views) {
+            let scan_id = scan_id.clone();
+            self.send(View {
+                scan_id,
+                index,
+                count,
+                ..view
+            });
+        }
+    }
+
+    async fn views_of_sweep(
+        &self,
+        swept: Vec<PassageView<Arc<Shot>>>,
+    ) -> Result<Vec<View>, String> {
+        let parameters = self.parameters.now();
+        let mut views = Vec::with_capacity(swept.len());
+        let last = swept.len().saturating_sub(1);
+        for (number, seen) in swept.into_iter().enumerate() {
             let (shot, angle_rad) = (&seen.cloud, seen.angle_rad);
             let moment = shot.cloud.header.stamp;
             let transforms = self.transforms.as_ref();
             match view_of(shot, moment, angle_rad, &parameters, transforms).await {
-                Ok(view) => self.send(View {
-                    scan_id: scan_id.clone(),
-                    index,
-                    count,
+                Ok(view) => views.push(View {
                     wrist_rate: seen.rate_rad_s,
                     timing: timing(shot, self.clock.now()),
                     ..view
                 }),
-                Err(error) => {
-                    log::error!("scan {scan_id}: {error:#}");
-                    let error = format!("view_capture: the view at {angle_rad:.2} rad: {error:#}");
-                    self.views.send(failed(&scan_id, error, self.clock.now()));
-                    return;
-                }
+                Err(error) if views.is_empty() && number < last && is_before_tf(&error) => {}
+                Err(error) => return Err(format!("the view at {angle_rad:.2} rad: {error:#}")),
             }
         }
+        Ok(views)
     }
 
     fn publish(&mut self, found: ScanView<Arc<View>>) {
@@ -288,6 +322,10 @@ impl Scans {
         self.sweep.reset();
         self.unfinished = None;
     }
+}
+
+fn is_before_tf(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(TransformError::TooOld { .. }))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -18,6 +18,14 @@ struct Player {
     views: Vec<ScanView<u64>>,
 }
 
+fn rest_rules() -> RestRules {
+    RestRules {
+        rest_velocity_rad_s: 0.02,
+        dwell: Duration::from_millis(30),
+        separation_rad: 0.1,
+    }
+}
+
 #[derive(Clone, Copy)]
 enum Message {
     Joint(JointSample),
@@ -34,13 +42,8 @@ impl Player {
             view_count: 3,
             separation_rad: 0.1,
         };
-        let rest_rules = RestRules {
-            rest_velocity_rad_s: 0.02,
-            dwell: Duration::from_millis(30),
-            separation_rad: 0.1,
-        };
         Self {
-            rests: Rests::new(rest_rules),
+            rests: Rests::new(rest_rules()),
             sweep: Sweep::new(rules),
             now_ms: 0,
             angle_rad: 0.0,
@@ -122,6 +125,31 @@ fn sample(stamp_ms: u64, angle_rad: f64) -> JointSample {
         velocity_rad_s: None,
         stamp: Duration::from_millis(stamp_ms),
     }
+}
+
+/// Its image may be older than the first transform: nobody knows where the hand was.
+#[test]
+fn a_view_that_is_taken_back_gives_way_to_a_later_cloud_of_the_rest() {
+    let mut rests = Rests::new(rest_rules());
+    let mut views = Vec::new();
+    for now_ms in (0..300).step_by(10) {
+        let mut seen = rests.on_joint(sample(now_ms, 0.7));
+        if now_ms % 30 == 0 {
+            let of_cloud = rests.on_cloud(Duration::from_millis(now_ms), now_ms);
+            assert!(seen.is_none() || of_cloud.is_none());
+            seen = seen.or(of_cloud);
+        }
+        if let Some(view) = seen {
+            if view.cloud < 150 {
+                rests.take_back(Duration::from_millis(view.cloud));
+            }
+            views.push((view.cloud, view.moved));
+        }
+    }
+    let stamps: Vec<u64> = views.iter().map(|view| view.0).collect();
+    assert!(stamps.is_sorted() && stamps.len() > 2, "{stamps:?}");
+    assert_eq!(stamps.iter().filter(|stamp| **stamp >= 150).count(), 1);
+    assert!(views.iter().all(|view| view.1), "{views:?}");
 }
 
 #[test]
