@@ -9,6 +9,7 @@ mod requests;
 mod sweep;
 mod time_offset;
 mod view;
+mod watched;
 mod wrist;
 
 use arm_pose::ArmPose;

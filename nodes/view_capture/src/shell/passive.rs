@@ -2,16 +2,16 @@
 
 use super::clouds::Shot;
 use super::view::{timing, view_of};
-use baxter::JointSample;
+use super::watched::{Event, Watched};
 use msg::deformable_cobot::View;
 use msg::sensor_msgs::{JointState, PointCloud2};
 use msg::view::{failed, new_scan_id};
-use msg::{Time, robot, stamp};
+use msg::{Time, robot};
 use node::transforms::TransformError;
 use node::{Clock, Expect, Latch, Node, Publisher, Transforms, Tuned};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc;
-use view_capture::{Motion, Parameters, PassageView, Passages, RestView, Rests, ScanView, Sweep};
+use view_capture::{Parameters, PassageView, RestView, ScanView, Sweep};
 
 /// Joint states kept while a cloud is looked at: in passive mode each counts, not only the newest.
 const JOINT_STATES: Expect = Expect {
@@ -22,16 +22,6 @@ const JOINT_STATES: Expect = Expect {
 /// Views kept for a slow subscriber: those of a sweep come all at once, at its end.
 const VIEWS_KEPT: usize = 64;
 
-/// Rests without a sweep after which the log asks whether views are meant to be taken at rest.
-const RESTS_WITHOUT_SWEEP: u32 = 3;
-
-enum Event {
-    Rested(RestView<Arc<Shot>>),
-    Swept(Vec<PassageView<Arc<Shot>>>),
-    /// ROS time was set.
-    Jumped,
-}
-
 /// Watches until shutdown.
 pub async fn watch(
     node: &Node,
@@ -39,13 +29,7 @@ pub async fn watch(
     transforms: Option<Transforms>,
 ) -> anyhow::Result<()> {
     let mut scans = Scans::new(node, parameters.clone(), transforms)?;
-    let motion = parameters.now().motion;
-    let watched = Arc::new(Mutex::new(Watched {
-        motion,
-        rest_count: 0,
-        rests: Rests::new(parameters.now().rest_rules()),
-        passages: Passages::new(parameters.now().passage_rules()),
-    }));
+    let watched = Arc::new(Mutex::new(Watched::new(&parameters.now())));
     let (events, mut heard) = mpsc::unbounded_channel();
     let hand_on = {
         let events = events.clone();
@@ -71,7 +55,7 @@ pub async fn watch(
             let sample = robot::joint_sample(&state, joint);
             if let Some(sample) = sample.filter(|sample| sample.angle_rad.is_finite()) {
                 let mut watched = lock(&watched);
-                watched.passages.set_rules(parameters.now().passage_rules());
+                watched.set_rules(&parameters.now());
                 hand_on(watched.on_joint(sample));
             }
         }
@@ -91,61 +75,12 @@ pub async fn watch(
         match event {
             Event::Rested(view) => {
                 if let Err(BeforeTf(stamp)) = scans.add(view).await {
-                    lock(&watched).rests.take_back(stamp::since_epoch(stamp));
+                    lock(&watched).take_back(stamp);
                 }
             }
             Event::Swept(views) => scans.add_sweep(views).await,
             Event::Jumped => scans.forget(),
         }
-    }
-}
-
-/// What the joint states and clouds show so far.
-struct Watched {
-    motion: Motion,
-    /// Rests since the last sweep.
-    rest_count: u32,
-    rests: Rests<Arc<Shot>>,
-    passages: Passages<Arc<Shot>>,
-}
-
-impl Watched {
-    fn on_cloud(&mut self, shot: Arc<Shot>) -> Option<Event> {
-        let stamp = stamp::since_epoch(shot.cloud.header.stamp);
-        let rested = self.rests.on_cloud(stamp, Arc::clone(&shot));
-        let swept = self.passages.on_cloud(stamp, shot);
-        self.event(rested, swept)
-    }
-
-    fn on_joint(&mut self, sample: JointSample) -> Option<Event> {
-        let rested = self.rests.on_joint(sample);
-        let swept = self.passages.on_joint(&sample);
-        self.event(rested, swept)
-    }
-
-    fn event(
-        &mut self,
-        rested: Option<RestView<Arc<Shot>>>,
-        swept: Option<Vec<PassageView<Arc<Shot>>>>,
-    ) -> Option<Event> {
-        if self.motion == Motion::Steps {
-            return rested.map(Event::Rested);
-        }
-        self.rest_count += u32::from(rested.is_some());
-        if swept.is_some() {
-            self.rest_count = 0;
-        } else if rested.is_some() && self.rest_count == RESTS_WITHOUT_SWEEP {
-            log::warn!(
-                "the wrist has come to rest {RESTS_WITHOUT_SWEEP} times and made no sweep: were the views taken at rest?                  Then set motion of view_capture to steps (replay.launch motion:=steps)"
-            );
-        }
-        swept.map(Event::Swept)
-    }
-
-    fn reset(&mut self) {
-        self.rest_count = 0;
-        self.rests.reset();
-        self.passages.reset();
     }
 }
 
