@@ -22,6 +22,10 @@ const JOINT_STATES: Expect = Expect {
 /// Views kept for a slow subscriber: those of a sweep come all at once, at its end.
 const VIEWS_KEPT: usize = 64;
 
+/// An image that is older than the first transform by less than this, s, is left out: rosbag begins to record each topic at
+/// another time. By more, the clocks differ, which has to be said.
+const BEFORE_TF_MAX_S: f64 = 2.0;
+
 /// Watches until shutdown.
 pub async fn watch(
     node: &Node,
@@ -96,8 +100,7 @@ struct Scans {
     unfinished: Option<Unfinished>,
 }
 
-/// The stamp of an image that was taken before the first transform. rosbag begins to record each topic at another time, so that
-/// the first images of a bag are such ones.
+/// The stamp of an image that was taken shortly before the first transform.
 struct BeforeTf(Time);
 
 struct Unfinished {
@@ -147,7 +150,10 @@ impl Scans {
                 });
                 views.into_iter().for_each(|view| self.publish(view));
             }
-            Err(error) if is_before_tf(&error) => return Err(BeforeTf(moment)),
+            Err(error) if is_before_tf(&error) => {
+                log::info!("an image at {angle_rad:.2} rad is left out: {error:#}");
+                return Err(BeforeTf(moment));
+            }
             Err(error) => {
                 self.sweep.reset();
                 self.fail(&format!("the view at {angle_rad:.2} rad: {error:#}"));
@@ -197,7 +203,9 @@ impl Scans {
                     timing: timing(shot, self.clock.now()),
                     ..view
                 }),
-                Err(error) if views.is_empty() && number < last && is_before_tf(&error) => {}
+                Err(error) if views.is_empty() && number < last && is_before_tf(&error) => {
+                    log::info!("an image at {angle_rad:.2} rad is left out: {error:#}");
+                }
                 Err(error) => return Err(format!("the view at {angle_rad:.2} rad: {error:#}")),
             }
         }
@@ -260,7 +268,7 @@ impl Scans {
 }
 
 fn is_before_tf(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(TransformError::TooOld { .. }))
+    matches!(error.downcast_ref(), Some(TransformError::TooOld { late_s, .. }) if *late_s < BEFORE_TF_MAX_S)
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
