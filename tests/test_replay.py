@@ -1,6 +1,5 @@
 """Bags: a scan recorded by rosbag, and played to the graph without a robot."""
 
-import os
 import pathlib
 
 import pytest
