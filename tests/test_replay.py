@@ -93,7 +93,7 @@ def test_a_bag_may_have_images_that_are_older_than_its_transforms(bag_by, core, 
     motion, bag = bag_by
     wanted, late = recorded_answer(bag), tmp_path / 'late.bag'
     if motion == 'steps':
-        # Within the rest before the scan, of which the replay would take its first view.
+        # TF begins while the wrist rests before the scan; the replay's first view would come from an earlier image.
         begin = recorded(bag, TOPICS[0])[0].header.stamp + rospy.Duration(0.3)
     else:
         begin = recorded(bag, '/views')[3].header.stamp

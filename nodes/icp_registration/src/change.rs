@@ -18,8 +18,8 @@ pub(crate) enum Sameness {
 ///
 /// The gripper is the same in all views, so that it tells a pose that is wrong (it is contradicted, too) from an object that
 /// has changed (only the object is contradicted), and from one that has moved in the fingers (the pose that fits the object
-/// does not fit the gripper). Of a hand that was empty and still is only the fingers are seen, too little to say that anything
-/// has changed: it is the same, or the pose is wrong.
+/// does not fit the gripper). If the hand was empty and still is, only the fingers are visible, which is not enough to detect
+/// a change: either nothing has changed, or the pose is wrong.
 ///
 /// # Errors
 /// The object is gone, is another, moved in the fingers, or was put in meanwhile.

@@ -81,10 +81,10 @@ pub struct Comparison {
     pub object: Change,
     /// The gripper below, of which all views should see the same.
     pub gripper: Change,
-    /// Whether one of the views before looked through the hand's axis over the fingertips, where an object would be. A finger
-    /// that hides the axis from one camera does not hide it from another.
+    /// Whether at least one earlier view saw free space on the hand's axis, just above the fingertips, where an object would
+    /// be. One view is enough: in the others a finger may hide the axis.
     pub was_empty: bool,
-    /// Whether the new view looks through it.
+    /// Whether the new view sees free space there.
     pub is_empty: bool,
 }
 

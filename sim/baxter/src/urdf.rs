@@ -1,7 +1,7 @@
 //! The part of a URDF that kinematics needs: joints, their frames and their limits.
 //!
-//! Looked at beside it: urdf-rs 0.10 and k 0.32. k calculates with nalgebra 0.30, so that every pose would have to be
-//! converted, urdf-rs brings two more XML parsers, and their errors do not name the joint.
+//! The alternative is urdf-rs 0.10 with k 0.32. k uses nalgebra 0.30, so every pose would have to be converted; urdf-rs
+//! depends on two more XML parsers; and its errors do not name the joint.
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::Node;

@@ -155,8 +155,8 @@ fn good_scans_are_trusted() {
     assert_eq!(outcomes(Fault::Nothing).trusted, scan_count());
 }
 
-/// Of an empty hand only the gripper is seen, which tells less of the pose than an object does; and a finger may hide from a
-/// low camera that nothing is there (6 of 1000).
+/// With an empty hand only the gripper is visible, which constrains the pose less than an object does. A low camera may also
+/// see a finger in front of the free space above the fingertips, so that a few scans still end (6 of 1000).
 #[test]
 fn a_hand_that_is_empty_in_all_views_is_hardly_ever_taken_for_a_changed_object() {
     assert!(outcomes(Fault::Empty).ended() * 100 <= scan_count());

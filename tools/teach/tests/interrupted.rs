@@ -70,7 +70,7 @@ fn a_full_disk_leaves_the_model_in_force() {
             "{limit_kb} kB changed a file"
         );
     }
-    // For a new model not even the folder of references is left: an empty one would be taken for the model's references.
+    // A failed run leaves no folder of references for a new model: an empty one would be taken for the model's own references.
     let new = folder.path().join("new/taught.onnx");
     let words = [
         &["second", "--scan", scan, "--model", new.to_str().unwrap()],

@@ -22,8 +22,8 @@ const JOINT_STATES: Expect = Expect {
 /// Views kept for a slow subscriber: those of a sweep come all at once, at its end.
 const VIEWS_KEPT: usize = 64;
 
-/// An image that is older than the first transform by less than this, s, is left out: rosbag begins to record each topic at
-/// another time. By more, the clocks differ, which has to be said.
+/// Images that are older than the first transform by less than this are skipped, s: rosbag begins to record each topic at a
+/// different time. A larger difference means clock skew, which is an error.
 const BEFORE_TF_MAX_S: f64 = 2.0;
 
 /// Watches until shutdown.

@@ -89,7 +89,7 @@ impl Capture {
         listening: &Listening,
         life: &Life,
     ) -> anyhow::Result<View> {
-        // The wrist does not turn when the camera would not see the object.
+        // Check the arm pose before the wrist turns: the camera must see the object.
         life.during(self.check_before_motion()).await?;
         let turned = self.turn(angle_rad, life).await?;
         life.during(self.look(&turned, listening)).await

@@ -29,7 +29,7 @@ impl Capture {
         let wrist_rad = life.during(self.sources.wrist.angle_now(patience)).await?;
         let mut plan = plan_sweep(&parameters, request.range, wrist_rad)?;
         self.sources.offset.check()?;
-        // The wrist does not turn when the camera would not see the object.
+        // Check the arm pose before the wrist turns: the camera must see the object.
         life.during(self.check_before_motion()).await?;
         let mut hand_out = |view| {
             self.sources.wrist.check_clock_since(clock_steps)?;

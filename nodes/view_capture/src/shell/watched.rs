@@ -1,4 +1,4 @@
-//! What passive mode has watched so far: where the wrist rested or swept, and the clouds of then.
+//! State of passive mode: the rests and sweeps of the wrist so far, and the clouds that were taken during them.
 
 use super::clouds::Shot;
 use baxter::JointSample;
@@ -6,7 +6,7 @@ use msg::{Time, stamp};
 use std::sync::Arc;
 use view_capture::{Motion, Parameters, PassageView, Passages, RestView, Rests};
 
-/// Rests without a sweep after which the log asks whether views are meant to be taken at rest.
+/// After this many rests without a sweep, a warning in the log suggests `motion: steps`.
 const RESTS_WITHOUT_SWEEP: u32 = 3;
 
 /// What was found.
